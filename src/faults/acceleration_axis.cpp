@@ -22,9 +22,9 @@ AxisEvidence AccelerationAxis::weigh(double measured, double error, double doubt
           chance + offset_.stays(error_, variance_), chance + offset_.begins(error_, variance_), kImpossible};
 }
 
-void AccelerationAxis::learn(double explained, double healthy, double fresh, double step) {
+void AccelerationAxis::learn(double explained, double range, double healthy, double fresh, double step) {
   offset_.update(error_, variance_, fresh);
-  const double weight = healthy * studentWeight(square(error_), variance_) / variance_;
+  const double weight = healthy * studentWeight(square(error_), variance_) / (variance_ + square(range));
   const Eigen::Vector2d Ph = P_ * row_;
   theta_ += weight * error_ * Ph;
   theta_(0) = std::clamp(theta_(0), -steepest_, steepest_);

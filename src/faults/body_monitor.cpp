@@ -17,13 +17,14 @@ constexpr double kSlideRate = 0.05, kSlideTime = 0.3;     // a sill, a jolt, ice
 constexpr double kStrikeRate = 0.003, kStrikeTime = 0.1;  // a kerb
 constexpr double kPushRate = 0.01, kPushTime = 2.0;       // somebody moves a robot that is to stand
 constexpr double kGroundTime = 3.0;                       // after which another slip is the usual one
-constexpr double kStaysOnGround = 0.5;                    // of slides, that end on another ground
+constexpr double kEndsOnGround = 0.25;                   // share of slides that end on another ground, of each kind
 constexpr double kLeastRate = 1e-7;                       // at which anything begins whatever else is believed
 
 // How large they are.
 constexpr double kOffsetScale = 1.0;       // standard deviation of an offset of the gyro [rad/s]
 constexpr double kStrike = 0.2;            // standard deviation of a strike [rad/s]
 constexpr double kOtherSlip = 0.4;         // standard deviation of another ground's slip, relative
+constexpr double kPull = 0.1;               // standard deviation of the turn by the speed, in multiples of v/b_hat
 constexpr double kBodyAcceleration = 1.5;  // of a body that does not follow its wheels [rad/s^2], and the same by
 constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [1/s]
 
@@ -42,6 +43,7 @@ constexpr double kMovedFor = 0.1;     // time after which a robot is not moved a
 constexpr double kSureOdds = 5.0;     // ln of the odds by which a sensor counts again
 constexpr double kMostOdds = 10.0;
 
+constexpr double kDeadZone = 0.05;  // largest yaw rate for which drivers publish zero instead [rad/s]
 constexpr double kSteepest = 0.7;  // of gravity: 45 degrees
 constexpr double kLever = 0.3;     // of the IMU off the centre of the turn, standard deviation [m]
 constexpr double kLate = 0.1;      // time within which an uncertain speed is an uncertain acceleration [s]
@@ -61,6 +63,7 @@ BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_tra
       vertical_(parameters.accelerometer_variance, (1.0 - kSteepest) * kGravity, 0.0),
       gyro_offset_(square(kOffsetScale), parameters.largest_bias),
       slip_offset_(square(kOtherSlip / effective_track)),
+      pull_offset_(square(kPull / effective_track)),
       jolts_(kJolts) {
   forget();
 }
@@ -107,30 +110,25 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   const double v = wheels.forward.mean, s = yaw_.slope(), turn = s * difference_change_;
   const double last_error = gyro_error_;
   const double e = gyro_error_ = yaw_rate - yaw_.mean(x.mean, v), S = gyro_variance_ = yaw_.variance(x, v);
-  const Repetition::Kind kind = wheels.turn ? Repetition::moving : Repetition::rest;
-  gyro_kind_ = square(e) > kFar * S ? Repetition::under_way : kind;
+  // A driver may have a dead zone. Its zeros say nothing of a robot that need not turn; in a turn they are wrong.
   const bool repeats = gyro_repetition_.repeats(yaw_rate), zero = yaw_rate == 0.0;
-  // A driver may have a dead zone: zeros of a robot that need not turn say nothing.
-  const double chance = repeats && zero && gyro_kind_ == kind
-                            ? 0.0
-                            : gyro_repetition_.logChance(yaw_rate, gyro_kind_, yaw_.learnedNoise());
+  const bool need_not_turn = std::abs(yaw_rate - e) < kDeadZone + 2.0 * std::sqrt(S);
+  const bool left = zero ? !need_not_turn : square(e) > kFar * S;
+  gyro_kind_ = left ? Repetition::under_way : wheels.turn ? Repetition::moving : Repetition::rest;
+  const double chance =
+      repeats && zero && !left ? 0.0 : gyro_repetition_.logChance(yaw_rate, gyro_kind_, yaw_.learnedNoise());
   GyroEvidence g;
   const double free =
       square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) + square(turn) + 2.0 * yaw_.noise();
   if (repeats) {
     // It is no new measurement. But what begins here, begins from where the wheels have the body.
     const auto from_wheels = [&](double variance) { return chance - 0.5 * square(e) / variance; };
-    g = {chance,
-         chance,
-         from_wheels(free + S),
-         chance,
-         from_wheels(square(kStrike) + S),
-         chance,
-         from_wheels(S + square(kOtherSlip * s * x.mean)),
-         zero ? std::log(0.5) : 0.0,
-         chance,
-         chance,
-         chance};
+    g = {chance, chance, chance, chance, chance, chance, chance, chance, chance, chance, chance, chance, chance};
+    g.slides_begins = from_wheels(free + S);
+    g.struck_begins = from_wheels(square(kStrike) + S);
+    g.ground_begins = from_wheels(S + square(kOtherSlip * s * x.mean));
+    g.pulled_begins = from_wheels(S + square(kPull * s * v));
+    g.frozen = zero ? std::log(0.5) : 0.0;
     return g;
   }
   const double taken_back = -std::expm1(-step / kStrikeTime) * last_error;
@@ -143,10 +141,12 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.ground = slip_offset_.stays(e, S, x.mean);
   // No body jumps: the new slip is what it has come to.
   g.ground_begins = g.slides - 0.5 * square(e) / (S + square(kOtherSlip * s * x.mean));
+  g.pulled = pull_offset_.stays(e, S, v);
+  g.pulled_begins = g.slides - 0.5 * square(e) / (S + square(kPull * s * v));
   g.offset = gyro_offset_.stays(e, S);
   g.offset_begins = gyro_offset_.begins(e, S);
   g.reversed = logStudent(square(yaw_rate + yaw_.mean(x.mean, v) - 2.0 * yaw_.mean(0.0, 0.0)), S);
-  g.frozen = kImpossible;
+  g.frozen = zero ? logNormal(0.0, yaw_.noise()) : kImpossible;
   // No ground turns a body against its wheels.
   const double asked = s * x.mean, part = (yaw_rate - yaw_.bias()) / asked;
   if (std::abs(asked) > thresholds::kTurning && part < 0.0) {
@@ -154,8 +154,8 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
     g.ground -= against;
     g.ground_begins -= against;
   }
-  for (double* p : {&g.healthy, &g.slides, &g.slides_begins, &g.struck, &g.struck_begins, &g.ground, &g.ground_begins,
-                    &g.offset, &g.offset_begins, &g.reversed}) {
+  for (double* p : {&g.healthy, &g.slides, &g.slides_begins, &g.struck, &g.struck_begins, &g.ground, &g.ground_begins, &g.pulled, &g.pulled_begins,
+                    &g.frozen, &g.offset, &g.offset_begins, &g.reversed}) {
     *p += chance;
   }
   return g;
@@ -227,6 +227,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   set(kSlides, g.slides + slides, g.slides_begins + slides);
   set(kStruck, g.struck + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
   set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
+  set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
   set(kMoved, half(g.healthy, g.slides) + slides, half(g.healthy, g.offset_begins) + slides);
   set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
   set(kGyroOffset, g.offset + jolts, g.offset_begins + jolts);
@@ -242,10 +243,14 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
         alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
     gyro_offset_.update(gyro_error_, gyro_variance_, fresh_[kGyroOffset]);
     slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], wheels.difference.mean);
+    pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], wheels.forward.mean);
     yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
     yaw_.learn(y.yaw_rate, wheels.difference, wheels.forward.mean, step, agrees);
-    if (y.yaw_rate != 0.0)
+    if (y.yaw_rate == 0.0 && gyro_kind_ != Repetition::under_way) {
+      gyro_repetition_.pass(y.yaw_rate);
+    } else {
       gyro_repetition_.update(y.yaw_rate, std::abs(yaw_.slope() * difference_change_), gyro_kind_, agrees);
+    }
   } else if (reads && !judged) {
     yaw_.restart();
   }
@@ -253,8 +258,8 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   if (accelerates) {
     const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty(), explained = std::abs(rate_);
     if (wheels.pushed || said_ == kMoved) forward_.widen(), vertical_.widen();
-    forward_.learn(explained, healthy, fresh_[kAccelerometerOffset], step);
-    if (y.acceleration_z) vertical_.learn(explained, healthy, fresh_[kAccelerometerOffset], step);
+    forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], step);
+    if (y.acceleration_z) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], step);
   }
   difference_change_ = forward_change_ = 0.0;
   decide(step);
@@ -271,6 +276,7 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
       case kStruck:
         return {on_box_ ? 0.0 : kStrikeRate, kStrikeTime};
       case kOtherGround:
+      case kPulled:
         return {0.0, kGroundTime};
       case kMoved:
         return to_stand ? Prior{kPushRate, kPushTime} : Prior{0.0, step};
@@ -279,9 +285,9 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
     }
   };
   const auto leaving = [&](int h) { return alpha_[h] * std::min(1.0, step / prior(h).time); };
-  const double no_fault = alpha_[kHealthy] + alpha_[kSlides] + alpha_[kStruck] + alpha_[kOtherGround];
-  const double grounds = kStaysOnGround * leaving(kSlides);
-  double back = kLeastRate - grounds;
+  const double no_fault = alpha_[kHealthy] + alpha_[kSlides] + alpha_[kStruck] + alpha_[kOtherGround] + alpha_[kPulled];
+  const double grounds = kEndsOnGround * leaving(kSlides);
+  double back = kLeastRate - 2.0 * grounds;
   for (int h = kHealthy + 1; h < kHypotheses; ++h) back += leaving(h);
   Densities next;
   double top = -std::numeric_limits<double>::infinity();
@@ -289,7 +295,7 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
   for (int h = 0; h < kHypotheses; ++h) {
     const double rate = prior(h).rate;
     const double in = h == kHealthy       ? std::max(back, kLeastRate)
-                      : h == kOtherGround ? grounds
+                      : h == kOtherGround || h == kPulled ? grounds
                       : rate > 0.0        ? (no_fault * rate + kLeastRate) * step
                                           : 0.0;
     const double remains = h == kHealthy ? alpha_[h] : alpha_[h] - leaving(h);

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -31,16 +33,6 @@ constexpr double kHeldUpTime = 0.5;
 
 /// Time over which the yaw rate's evidence is averaged [s].
 constexpr double kEvidenceMemory = 0.05;
-
-/// What a wheel measures off its prediction by noise, in standard deviations; and for how many samples it may be off by
-/// more until the cause is found.
-constexpr double kNoise = 3.0;
-constexpr double kDoubtfulSamples = 25.0;
-
-/// A wheel this far off [rad/s] is not where it is predicted, or not where it is measured, for as long as that lasts:
-/// no number of samples tells the slip.
-constexpr double kFarApart = 1.0;
-constexpr double kCountless = 1e6;
 
 /// Commands of this time [s] before the first sample tell what is under way in the drive train.
 constexpr double kCommandsKnown = 0.25;
@@ -353,31 +345,16 @@ void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& d
 
 double FaultMonitor::forwardSpeed() const { return 0.5 * rolling_radius_ * (left_.speed() + right_.speed()); }
 
-double FaultMonitor::differenceSpeed() const { return rolling_radius_ * (right_.speed() - left_.speed()); }
-
-double FaultMonitor::differenceVariance(const Observation& observation) const {
-  // As far as a wheel is from its prediction, either may be wrong, and not by noise that averages out: a motor that
-  // does not start is no slip to learn.
-  const double noise = kNoise * std::sqrt(parameters_.wheel_variance);
-  const auto doubt = [noise](const WheelMonitor& wheel, const ChannelHealth& verdict, bool valid, double measured) {
-    if (!valid || isFaulty(verdict)) return 0.0;
-    const double apart = std::max(0.0, std::abs(measured - wheel.speed()) - noise);
-    return (apart > kFarApart ? kCountless : kDoubtfulSamples) * apart * apart;
-  };
-  return rolling_radius_ * rolling_radius_ *
-         (left_.uncertainty() + right_.uncertainty() +
-          doubt(left_, report_.wheel_left, observation.valid.wheel_left, observation.wheel_left) +
-          doubt(right_, report_.wheel_right, observation.valid.wheel_right, observation.wheel_right));
-}
-
 void FaultMonitor::checkBody(const Observation& observation, double step) {
   // While a wheel is suspect the difference of the wheels is no witness against the gyro.
   const bool trusted =
       !witness_.clearsGyro() && !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
   faults::WheelMotion wheels;
-  const double variance = differenceVariance(observation);
-  if (!model_.on_box) wheels.difference = {differenceSpeed(), variance};
-  wheels.forward = {forwardSpeed(), model_.on_box ? 0.0 : 0.25 * variance};
+  const faults::Normal left = left_.turns(observation.valid.wheel_left && !isFaulty(report_.wheel_left));
+  const faults::Normal right = right_.turns(observation.valid.wheel_right && !isFaulty(report_.wheel_right));
+  const double variance = square(rolling_radius_) * (left.variance + right.variance);
+  if (!model_.on_box) wheels.difference = {rolling_radius_ * (right.mean - left.mean), variance};
+  wheels.forward = {0.5 * rolling_radius_ * (left.mean + right.mean), model_.on_box ? 0.0 : 0.25 * variance};
   wheels.turn = wheelsTurn();
   wheels.trusted = trusted || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
   wheels.to_stand = was_to_stand_ && !left_.suspecting() && !right_.suspecting();

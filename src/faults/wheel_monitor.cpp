@@ -59,6 +59,9 @@ constexpr double kMisfitMemory = 10.0;
 constexpr double kMisfit = 3.0;
 constexpr double kAnyMisfit = 0.3;
 
+/// What a measurement that no drive train explains may be wrong by, in multiples of what is not explained.
+constexpr double kDoubtful = 5.0;
+
 /// Part of a wheel's speed that its commands may ask for at most, and more of any [rad/s], for this time [s]: the other
 /// side drags a wheel along, even against its command. Of one that stands: a motor of 0.8 of its gain that turns slower
 /// by 0.5 rad/s, and not below 0.5, has a wheel turn from 1.25 rad/s on.
@@ -234,9 +237,17 @@ void WheelMonitor::holdIntervals(double step) {
   }
 }
 
-double WheelMonitor::uncertainty() const {
-  const auto [low, high] = hold_.longest() > 0.0 ? held_.possible : possible();
-  return speedVariance() + (high - low) * (high - low);
+faults::Normal WheelMonitor::turns(bool measured) const {
+  if (!measured) {
+    const auto [low, high] = hold_.longest() > 0.0 ? held_.possible : possible();
+    return {belief_.speed(), speedVariance() + square(high - low)};
+  }
+  // The body is between what is measured and what is believed. A value that no drive train explains is doubtful for as
+  // long as that lasts.
+  const double noise = kNoise * std::sqrt(parameters_.wheel_variance + resolutionVariance());
+  const auto beyond = [noise](double error) { return std::max(0.0, std::abs(error) - noise); };
+  return {belief_.speed(), parameters_.wheel_variance + resolutionVariance() +
+                               square(beyond(measured_ - belief_.speed())) + square(kDoubtful * beyond(error_))};
 }
 
 double WheelMonitor::variance() const {

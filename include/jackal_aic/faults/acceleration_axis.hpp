@@ -41,7 +41,8 @@ class AccelerationAxis {
 
   /// Learns from the sample that was weighed. @param explained change that the motion explains [m/s^2]; @param healthy
   /// probability that it is healthy; @param fresh weight of an offset that has just begun.
-  void learn(double explained, double healthy, double fresh, double step);
+  /// @param range width of the range in which the prediction may be anywhere: it tells the less of g [m/s^2].
+  void learn(double explained, double range, double healthy, double fresh, double step);
 
   /// ln p of the sample if its error is another one [m/s^2].
   double logDensity(double error) const { return logStudent(square(error), variance_); }
@@ -59,6 +60,7 @@ class AccelerationAxis {
   static constexpr double kVibrationMemory = 5.0;  // over which it is learned how much the speed shakes [s]
   static constexpr double kLeastSpeed = 0.05;      // of vibration [m/s]
   static constexpr double kJolt = 8.0;             // noise of a jolt in multiples of the usual one
+  static constexpr double kLeastOffset = 2.0;      // of a fault; a smaller one is an inclination (12 degrees) [m/s^2]
   static constexpr double kSurprise = 9.0;         // of a variance, that one sample counts at most
 
   Eigen::Vector2d theta_{0.0, 0.0};  // g, l
@@ -67,7 +69,7 @@ class AccelerationAxis {
   Jitter noise_;
   double steepest_;
   double vibration_ = 0.0;  // variance by that of the speed: vibration is no white noise [1/s^2]
-  Offset offset_{square(kOffset)};
+  Offset offset_{square(kOffset), kLeastOffset};
   Repetition repetition_;
   Repetition::Kind kind_ = Repetition::rest;
   double measured_ = 0.0, error_ = 0.0, variance_ = 1.0, speed_squared_ = 1.0;

@@ -32,6 +32,7 @@ enum Hypothesis {
   kSlides,        ///< the body does not turn as its wheels do, and its yaw rate changes as fast as a body can
   kStruck,        ///< a sill or a kerb throws the body round, and its tyres take it back
   kOtherGround,   ///< another slip, which began as a slide
+  kPulled,        ///< the ground turns the body by its speed, which began as a slide
   kMoved,         ///< somebody moves a robot that is to stand
   kGyroFrozen,    ///< it repeats its value
   kGyroOffset,    ///< a constant beyond largest_bias
@@ -95,7 +96,7 @@ class BodyMonitor {
   /// ln of the densities of the gyro's sample.
   struct GyroEvidence {
     double healthy = 0.0, slides = 0.0, slides_begins = 0.0, struck = 0.0, struck_begins = 0.0, ground = 0.0,
-           ground_begins = 0.0, frozen = 0.0, offset = 0.0, offset_begins = 0.0, reversed = 0.0;
+           ground_begins = 0.0, pulled = 0.0, pulled_begins = 0.0, frozen = 0.0, offset = 0.0, offset_begins = 0.0, reversed = 0.0;
   };
   /// ln of the densities of the accelerometer's sample.
   struct AccelerationEvidence {
@@ -117,7 +118,7 @@ class BodyMonitor {
   bool on_box_;
   YawPrediction yaw_;
   AccelerationAxis forward_, vertical_;
-  Offset gyro_offset_, slip_offset_;
+  Offset gyro_offset_, slip_offset_, pull_offset_;
   Repetition gyro_repetition_;
   double jolts_;  // usual share of samples in which the accelerometer is jolted
   Densities alpha_{}, fresh_{};

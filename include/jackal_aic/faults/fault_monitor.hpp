@@ -153,8 +153,6 @@ class FaultMonitor {
   void checkTraction(const Observation& observation, double step);
   bool yawTells(const Observation& observation) const;
   double forwardSpeed() const;
-  double differenceSpeed() const;
-  double differenceVariance(const Observation& observation) const;
 
   FaultParameters parameters_;
   GeometryParameters geometry_;

@@ -40,6 +40,13 @@ class Repetition {
     return std::log(repeats(value) ? chance : 1.0 - chance);
   }
 
+  /// Takes a value whose repetition says nothing.
+  void pass(double value) {
+    last_ = value;
+    any_ = true;
+    run_ = 0;
+  }
+
   /// Learns. @param explained change that the motion explains: noise goes to and fro by more; @param healthy
   /// probability that the sample was healthy. A run counts as a healthy one when it ends.
   void update(double value, double explained, Kind kind, double healthy) {

@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "jackal_aic/faults/channel_monitor.hpp"
+#include "jackal_aic/faults/density.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/prediction_envelope.hpp"
 #include "jackal_aic/faults/reachable_speeds.hpp"
@@ -99,7 +100,8 @@ class WheelMonitor {
   /// Declares the encoder faulty: other witnesses contradict it.
   void declareWrong() { persistence_.declareFaulty(); }
 
-  double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
+  /// Speed of the wheel [rad/s]: as measured if the measurement counts, else as believed, whose drive train is uncertain.
+  faults::Normal turns(bool measured) const;
 
  private:
   struct Interval {
