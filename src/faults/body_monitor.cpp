@@ -24,7 +24,7 @@ constexpr double kLeastRate = 1e-7;                       // at which anything b
 constexpr double kOffsetScale = 1.0;       // standard deviation of an offset of the gyro [rad/s]
 constexpr double kStrike = 0.2;            // standard deviation of a strike [rad/s]
 constexpr double kOtherSlip = 0.4;         // standard deviation of another ground's slip, relative
-constexpr double kPull = 0.1;               // standard deviation of the turn by the speed, in multiples of v/b_hat
+constexpr double kPull = 0.05;              // standard deviation of the turn by the speed, in multiples of v/b_hat
 constexpr double kBodyAcceleration = 1.5;  // of a body that does not follow its wheels [rad/s^2], and the same by
 constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [1/s]
 

@@ -78,7 +78,7 @@ class Repetition {
   static constexpr double kSmallest = 1e-6;    // smaller changes are no noise [rad/s, m/s^2]
   static constexpr double kHolds = 0.05;       // chance that a source holds a value that it should have left
   static constexpr double kHoldsKnown = 10.0;  // samples for which that is known beforehand
-  static constexpr double kAlike = 50.0;       // samples for which longer runs are known by the first repetition
+  static constexpr double kAlike = 20.0;       // samples for which longer runs are known by the first repetition
   static constexpr double kMemory = 3000.0;    // samples, a minute at 50 Hz
   static constexpr double kTiny = 1e-20;
 
