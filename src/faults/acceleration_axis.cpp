@@ -15,7 +15,7 @@ AxisEvidence AccelerationAxis::weigh(double measured, double error, double doubt
   error_ = error;
   measured_ = measured;
   kind_ = kind;
-  const double chance = repetition_.logChance(measured, kind, noise_.learned());
+  const double chance = repetition_.logChance(measured, kind);
   if (repeats(measured)) return {chance, chance, chance, chance, 0.0};
   const double jolt = variance_ + square(kJolt) * noise_.variance() + square(kOffset);
   return {chance + logStudent(square(error_), variance_), chance + logStudent(square(error_), jolt),

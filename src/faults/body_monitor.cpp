@@ -17,14 +17,14 @@ constexpr double kSlideRate = 0.05, kSlideTime = 0.3;     // a sill, a jolt, ice
 constexpr double kStrikeRate = 0.003, kStrikeTime = 0.1;  // a kerb
 constexpr double kPushRate = 0.01, kPushTime = 2.0;       // somebody moves a robot that is to stand
 constexpr double kGroundTime = 3.0;                       // after which another slip is the usual one
-constexpr double kEndsOnGround = 0.25;                   // share of slides that end on another ground, of each kind
+constexpr double kEndsOnGround = 0.25;                    // share of slides that end on another ground, of each kind
 constexpr double kLeastRate = 1e-7;                       // at which anything begins whatever else is believed
 
 // How large they are.
 constexpr double kOffsetScale = 1.0;       // standard deviation of an offset of the gyro [rad/s]
 constexpr double kStrike = 0.2;            // standard deviation of a strike [rad/s]
 constexpr double kOtherSlip = 0.4;         // standard deviation of another ground's slip, relative
-constexpr double kPull = 0.05;              // standard deviation of the turn by the speed, in multiples of v/b_hat
+constexpr double kPull = 0.05;             // standard deviation of the turn by the speed, in multiples of v/b_hat
 constexpr double kBodyAcceleration = 1.5;  // of a body that does not follow its wheels [rad/s^2], and the same by
 constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [1/s]
 
@@ -44,12 +44,12 @@ constexpr double kSureOdds = 5.0;     // ln of the odds by which a sensor counts
 constexpr double kMostOdds = 10.0;
 
 constexpr double kDeadZone = 0.05;  // largest yaw rate for which drivers publish zero instead [rad/s]
-constexpr double kSteepest = 0.7;  // of gravity: 45 degrees
-constexpr double kLever = 0.3;     // of the IMU off the centre of the turn, standard deviation [m]
-constexpr double kLate = 0.1;      // time within which an uncertain speed is an uncertain acceleration [s]
-constexpr double kShaken = 0.2;    // time for which a body goes on rocking [s]
-constexpr double kFading = 0.1;    // time over which the body follows a change of its wheels at the latest [s]
-constexpr double kFar = 9.0;       // squared distance of a value from its prediction that has left it
+constexpr double kSteepest = 0.7;   // of gravity: 45 degrees
+constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, standard deviation [m]
+constexpr double kLate = 0.1;       // time within which an uncertain speed is an uncertain acceleration [s]
+constexpr double kShaken = 0.2;     // time for which a body goes on rocking [s]
+constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
+constexpr double kFar = 9.0;        // squared distance of a value from its prediction that has left it
 
 double half(double a, double b) { return logMixture(0.5, a, b); }
 
@@ -115,8 +115,7 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   const bool need_not_turn = std::abs(yaw_rate - e) < kDeadZone + 2.0 * std::sqrt(S);
   const bool left = zero ? !need_not_turn : square(e) > kFar * S;
   gyro_kind_ = left ? Repetition::under_way : wheels.turn ? Repetition::moving : Repetition::rest;
-  const double chance =
-      repeats && zero && !left ? 0.0 : gyro_repetition_.logChance(yaw_rate, gyro_kind_, yaw_.learnedNoise());
+  const double chance = repeats && zero && !left ? 0.0 : gyro_repetition_.logChance(yaw_rate, gyro_kind_);
   GyroEvidence g;
   const double free =
       square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) + square(turn) + 2.0 * yaw_.noise();
@@ -154,8 +153,8 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
     g.ground -= against;
     g.ground_begins -= against;
   }
-  for (double* p : {&g.healthy, &g.slides, &g.slides_begins, &g.struck, &g.struck_begins, &g.ground, &g.ground_begins, &g.pulled, &g.pulled_begins,
-                    &g.frozen, &g.offset, &g.offset_begins, &g.reversed}) {
+  for (double* p : {&g.healthy, &g.slides, &g.slides_begins, &g.struck, &g.struck_begins, &g.ground, &g.ground_begins,
+                    &g.pulled, &g.pulled_begins, &g.frozen, &g.offset, &g.offset_begins, &g.reversed}) {
     *p += chance;
   }
   return g;
@@ -280,6 +279,9 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
         return {0.0, kGroundTime};
       case kMoved:
         return to_stand ? Prior{kPushRate, kPushTime} : Prior{0.0, step};
+      case kGyroFrozen:
+      case kAccelerometerFrozen:
+        return {parameters_.frozen_samples > 0 ? kFaultRate : 0.0, kRepairTime};
       default:
         return {kFaultRate, kRepairTime};
     }
@@ -294,10 +296,10 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
   constexpr double kNone = 1e-300;
   for (int h = 0; h < kHypotheses; ++h) {
     const double rate = prior(h).rate;
-    const double in = h == kHealthy       ? std::max(back, kLeastRate)
+    const double in = h == kHealthy                       ? std::max(back, kLeastRate)
                       : h == kOtherGround || h == kPulled ? grounds
-                      : rate > 0.0        ? (no_fault * rate + kLeastRate) * step
-                                          : 0.0;
+                      : rate > 0.0                        ? (no_fault * rate + kLeastRate) * step
+                                                          : 0.0;
     const double remains = h == kHealthy ? alpha_[h] : alpha_[h] - leaving(h);
     const double begun = std::log(in + kNone) + begins[h], stayed = std::log(remains + kNone) + stays[h];
     next[h] = logSum(begun, stayed);

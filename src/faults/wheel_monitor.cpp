@@ -59,6 +59,10 @@ constexpr double kMisfitMemory = 10.0;
 constexpr double kMisfit = 3.0;
 constexpr double kAnyMisfit = 0.3;
 
+/// ln of the odds of repetitions from which an encoder is frozen: faults begin once in a day of driving, with one of
+/// 50 samples a second, and a false alarm costs ten times as much as a second.
+constexpr double kSilent = 18.0;
+
 /// What a measurement that no drive train explains may be wrong by, in multiples of what is not explained.
 constexpr double kDoubtful = 5.0;
 
@@ -138,7 +142,6 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       identified_(model.identified),
       change_(kMemory),
       persistence_(parameters.persistence()),
-      repetition_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)),
       least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
 
@@ -341,15 +344,17 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   // Of a wheel that is under way, even to and fro is not noise; a controller that answers noise moves it by less.
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
-  // What gear and motor add to the speed grows with it: noise of fast driving is none to be missed in slow.
-  const double share = std::min(1.0, std::abs(measurement) / std::max(repetition_.noisyValue(), kRestSpeed));
-  const bool silent = repetition_.update(measurement, may_rest, kResolution, explained, share);
-  quantum_ = std::min(repetition_.quantum(), kCoarsestStep);
-  const bool repeats = repetition_.repeats();
+  const bool repeats = repetition_.repeats(measurement);
+  const auto kind = may_rest ? faults::Repetition::rest : faults::Repetition::moving;
+  silence_ = repeats && !may_rest ? silence_ - repetition_.logChance(measurement, kind) : 0.0;
+  const double healthy = 1.0 / (1.0 + std::exp(silence_ - kSilent));
+  repetition_.update(measurement, explained, kind, healthy);
+  const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;
+  quantum_ = std::min(repetition_.resolution(), kCoarsestStep);
   const double least = repeats ? leastMissed(measurement) : 0.0;
   const bool missed =
       missed_motion_.update(measurement, repeats, reachable_.low(), reachable_.high(), least, step, hold_.longest());
-  return silent || (missed && parameters_.frozen_samples > 0);
+  return parameters_.frozen_samples > 0 && (silent || missed);
 }
 
 /// Motion that a live encoder cannot miss.
@@ -365,7 +370,8 @@ bool WheelMonitor::commandedToRest() const {
 }
 
 void WheelMonitor::freezeWithTheOther() {
-  if (repetition_.repeatsForLong()) frozen_ = suspect_ = true;
+  const int samples = parameters_.frozen_samples;
+  if (samples > 0 && repetition_.run() >= samples) frozen_ = suspect_ = true;
 }
 
 bool WheelMonitor::fasterThanCommanded() const {

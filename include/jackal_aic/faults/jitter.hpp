@@ -25,7 +25,6 @@ class Jitter {
   }
 
   double variance() const { return std::max(variance_, least_); }  ///< of the noise
-  double learned() const { return variance_; }                     ///< the same, however small
 
  private:
   static constexpr double kUnknown = 25.0;  // of the least variance, before anything is known

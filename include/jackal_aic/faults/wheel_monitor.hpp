@@ -12,6 +12,7 @@
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/prediction_envelope.hpp"
 #include "jackal_aic/faults/reachable_speeds.hpp"
+#include "jackal_aic/faults/repetition.hpp"
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/drive_train_belief.hpp"
 #include "jackal_aic/model/plant_model.hpp"
@@ -100,7 +101,8 @@ class WheelMonitor {
   /// Declares the encoder faulty: other witnesses contradict it.
   void declareWrong() { persistence_.declareFaulty(); }
 
-  /// Speed of the wheel [rad/s]: as measured if the measurement counts, else as believed, whose drive train is uncertain.
+  /// Speed of the wheel [rad/s]: as measured if the measurement counts, else as believed, whose drive train is
+  /// uncertain.
   faults::Normal turns(bool measured) const;
 
  private:
@@ -147,7 +149,8 @@ class WheelMonitor {
   RecentChange change_;
   LearnedVariance learned_;
   Persistence persistence_;
-  RepetitionTest repetition_;
+  faults::Repetition repetition_;
+  double silence_ = 0.0;  // ln of the odds of the repetitions so far that the encoder is frozen
   double quantum_ = 0.0;  // resolution of the encoder; 0 before it is known [rad/s]
   MissedMotion missed_motion_;
   SampleHold hold_;

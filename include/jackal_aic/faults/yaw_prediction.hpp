@@ -44,7 +44,6 @@ class YawPrediction {
   double slope() const { return theta_(0); }                ///< s [1/m]
   double bias() const { return theta_(1); }                 ///< beta [rad/s]
   double noise() const { return noise_.variance(); }        ///< of the gyro [(rad/s)^2]
-  double learnedNoise() const { return noise_.learned(); }  ///< the same, however small
 
  private:
   static constexpr double kLargestSlip = 0.3;   // standard deviation of s, relative
