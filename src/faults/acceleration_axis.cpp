@@ -16,15 +16,20 @@ AxisEvidence AccelerationAxis::weigh(double measured, double error, double doubt
   measured_ = measured;
   kind_ = kind;
   const double chance = repetition_.logChance(measured, kind);
-  if (repeats(measured)) return {chance, chance, chance, chance, 0.0};
   const double jolt = variance_ + square(kJolt) * noise_.variance() + square(kOffset);
-  return {chance + logStudent(square(error_), variance_), chance + logStudent(square(error_), jolt),
-          chance + offset_.stays(error_, variance_), chance + offset_.begins(error_, variance_), kImpossible};
+  AxisEvidence p{logStudent(square(error_), variance_), logStudent(square(error_), jolt),
+                 offset_.stays(error_, variance_), offset_.begins(error_, variance_), kImpossible};
+  const double best = std::max({p.healthy, p.jolted, p.offset, p.offset_begins});
+  for (double* density : {&p.healthy, &p.jolted, &p.offset, &p.offset_begins})
+    *density = chance + (repeats(measured) ? logUnless(repetition_.held(measured), *density - best) : *density);
+  if (repeats(measured)) p.frozen = 0.0;
+  return p;
 }
 
 void AccelerationAxis::learn(double explained, double range, double healthy, double fresh, double step) {
   offset_.update(error_, variance_, fresh);
-  const double weight = healthy * studentWeight(square(error_), variance_) / (variance_ + square(range));
+  const double measured = 1.0 - repetition_.held(measured_);
+  const double weight = healthy * measured * studentWeight(square(error_), variance_) / (variance_ + square(range));
   const Eigen::Vector2d Ph = P_ * row_;
   theta_ += weight * error_ * Ph;
   theta_(0) = std::clamp(theta_(0), -steepest_, steepest_);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 #include "jackal_aic/model/forgetting.hpp"
@@ -30,7 +31,7 @@ constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [
 
 // Share of samples in which the accelerometer is jolted: of a ground before it is known, where the body slides, and
 // where it is struck. The first is learned.
-constexpr double kJolts = 0.02, kJoltsSliding = 0.3, kJoltsStruck = 0.8;
+constexpr double kJolts = 0.02, kJoltsSliding = 0.3, kJoltsStruck = 0.8, kJoltsMoved = 0.999;
 constexpr double kJoltsMemory = 20.0;  // s
 constexpr double kOutliers = 1e-3;     // share of samples of the gyro that are anything at all
 
@@ -59,6 +60,7 @@ BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_tra
     : parameters_(parameters),
       on_box_(on_box),
       yaw_(parameters, effective_track, on_box),
+      mirrored_(yaw_),
       forward_(parameters.accelerometer_variance, kSteepest * kGravity, kLever),
       vertical_(parameters.accelerometer_variance, (1.0 - kSteepest) * kGravity, 0.0),
       gyro_offset_(square(kOffsetScale), parameters.largest_bias),
@@ -110,26 +112,17 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   const double v = wheels.forward.mean, s = yaw_.slope(), turn = s * difference_change_;
   const double last_error = gyro_error_;
   const double e = gyro_error_ = yaw_rate - yaw_.mean(x.mean, v), S = gyro_variance_ = yaw_.variance(x, v);
-  // A driver may have a dead zone. Its zeros say nothing of a robot that need not turn; in a turn they are wrong.
   const bool repeats = gyro_repetition_.repeats(yaw_rate), zero = yaw_rate == 0.0;
-  const bool need_not_turn = std::abs(yaw_rate - e) < kDeadZone + 2.0 * std::sqrt(S);
-  const bool left = zero ? !need_not_turn : square(e) > kFar * S;
+  if (!repeats) predicted_ = yaw_rate - e;
+  // A value is left behind where the prediction has gone away from it since it is new. A driver may have a dead zone:
+  // its zeros say nothing of a robot that need not turn.
+  turning_ = yaw_.leastTurn(x) > kDeadZone;
+  const bool left = zero ? turning_ : square(e) > kFar * S && square(yaw_rate - e - predicted_) > kFar * S;
   gyro_kind_ = left ? Repetition::under_way : wheels.turn ? Repetition::moving : Repetition::rest;
-  const double chance = repeats && zero && !left ? 0.0 : gyro_repetition_.logChance(yaw_rate, gyro_kind_);
+  const double chance = repeats && zero && !turning_ ? 0.0 : gyro_repetition_.logChance(yaw_rate, gyro_kind_);
   GyroEvidence g;
   const double free =
       square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) + square(turn) + 2.0 * yaw_.noise();
-  if (repeats) {
-    // It is no new measurement. But what begins here, begins from where the wheels have the body.
-    const auto from_wheels = [&](double variance) { return chance - 0.5 * square(e) / variance; };
-    g = {chance, chance, chance, chance, chance, chance, chance, chance, chance, chance, chance, chance, chance};
-    g.slides_begins = from_wheels(free + S);
-    g.struck_begins = from_wheels(square(kStrike) + S);
-    g.ground_begins = from_wheels(S + square(kOtherSlip * s * x.mean));
-    g.pulled_begins = from_wheels(S + square(kPull * s * v));
-    g.frozen = zero ? std::log(0.5) : 0.0;
-    return g;
-  }
   const double taken_back = -std::expm1(-step / kStrikeTime) * last_error;
   g.healthy = logSum(logStudent(square(e), S), std::log(kOutliers) + logNormal(e, square(kOffsetScale)));
   g.slides = logNormal(yaw_rate - yaw_rate_, free);
@@ -144,19 +137,26 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.pulled_begins = g.slides - 0.5 * square(e) / (S + square(kPull * s * v));
   g.offset = gyro_offset_.stays(e, S);
   g.offset_begins = gyro_offset_.begins(e, S);
-  g.reversed = logStudent(square(yaw_rate + yaw_.mean(x.mean, v) - 2.0 * yaw_.mean(0.0, 0.0)), S);
-  g.frozen = zero ? logNormal(0.0, yaw_.noise()) : kImpossible;
-  // No ground turns a body against its wheels.
-  const double asked = s * x.mean, part = (yaw_rate - yaw_.bias()) / asked;
+  // On a straight line a gyro of the wrong sign agrees with everybody.
+  g.reversed =
+      turning_ ? logStudent(square(-yaw_rate - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v)) : g.healthy;
+  g.frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
+  // No ground turns a body against its wheels, and a swing against them ends.
+  const double asked = s * x.mean, part = std::min((yaw_rate - yaw_.bias()) / asked, 0.0);
   if (std::abs(asked) > thresholds::kTurning && part < 0.0) {
-    const double against = 0.5 * square(part / (0.5 * kOtherSlip));
+    const double against = 0.5 * square(part / (0.5 * kOtherSlip)), swing = 0.5 * square(std::max(part, -1.0));
     g.ground -= against;
     g.ground_begins -= against;
+    g.slides -= swing;
+    g.struck -= swing;
   }
-  for (double* p : {&g.healthy, &g.slides, &g.slides_begins, &g.struck, &g.struck_begins, &g.ground, &g.ground_begins,
-                    &g.pulled, &g.pulled_begins, &g.frozen, &g.offset, &g.offset_begins, &g.reversed}) {
-    *p += chance;
-  }
+  const std::initializer_list<double*> densities = {&g.healthy,       &g.slides, &g.slides_begins, &g.struck,
+                                                    &g.struck_begins, &g.ground, &g.ground_begins, &g.pulled,
+                                                    &g.pulled_begins, &g.offset, &g.offset_begins, &g.reversed};
+  double best = g.healthy;
+  for (const double* p : densities) best = std::max(best, *p);
+  for (double* p : densities) *p = chance + (repeats ? logUnless(gyro_repetition_.held(yaw_rate), *p - best) : *p);
+  if (repeats) g.frozen = zero ? std::log(0.5) : 0.0;
   return g;
 }
 
@@ -180,10 +180,14 @@ BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observati
     a.upside_down = half(x.healthy, forward_.logDensity(forward_.error() + 2.0 * (rate_ + forward_.beside(yaw_rate)))) +
                     vertical_.logDensity(*y.acceleration_z + kGravity);
     a.frozen = std::max({x.frozen + z.healthy, x.healthy + z.frozen, x.frozen + z.frozen});
+    // An offset of one axis or of both.
+    const auto either = [](double x_wrong, double x_ok, double z_wrong, double z_ok) {
+      return logSum(logSum(x_wrong + z_ok, x_ok + z_wrong), x_wrong + z_wrong) - std::log(3.0);
+    };
+    a.offset = either(x.offset, x.healthy, z.offset, z.healthy);
+    a.offset_begins = either(x.offset_begins, x.healthy, z.offset_begins, z.healthy);
     a.healthy += z.healthy;
     a.jolted += z.jolted;
-    a.offset += z.offset;
-    a.offset_begins += z.offset_begins;
   }
   return a;
 }
@@ -192,26 +196,35 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   const bool reads = y.valid.yaw_rate && step > 0.0, accelerates = y.valid.acceleration && step > 0.0;
   const bool judged = reads && (wheels.trusted || on_box_) && !wheels.pushed;
   yaw_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
+  mirrored_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
   GyroEvidence g;
   if (judged) {
     g = weighGyro(y.yaw_rate, wheels, step);
     if (gyro_) {
-      const double reversed = gyro_.fault == kGyroOffset ? kImpossible : g.reversed;
-      gyro_.weigh(g.healthy, std::max({g.offset, g.frozen, reversed}), step, parameters_.recovery_time);
+      const bool reversed = gyro_.fault == kGyroReversed || gyro_.fault == kUpsideDown;
+      const bool frozen = gyro_.fault == kGyroFrozen && gyro_repetition_.repeats(y.yaw_rate);  // until it changes
+      const double faulty = gyro_.fault == kGyroFrozen ? g.frozen : reversed ? g.reversed : g.offset;
+      if (!reversed || turning_) gyro_.weigh(frozen ? kImpossible : g.healthy, faulty, step, parameters_.recovery_time);
       gyro_offset_.update(gyro_error_, gyro_variance_, 0.0);
       g = GyroEvidence{};
     }
   }
   AccelerationEvidence a;
   if (accelerates) {
+    if (wheels.pushed || said_ == kMoved) {
+      forward_.widen();
+      vertical_.widen();
+    }
     a = weighAcceleration(y, wheels, step);
     const double jolted = 1.0 / (1.0 + (1.0 / jolts_ - 1.0) * std::exp(a.healthy - a.jolted));
     since_jolt_ = jolted > 0.5 ? 0.0 : since_jolt_ + step;
     average(jolts_, jolted, step, kJoltsMemory);
     jolts_ = std::clamp(jolts_, kJolts, kJoltsSliding);
     if (accelerometer_) {
-      const double turned = accelerometer_.fault == kUpsideDown ? a.upside_down : kImpossible;
-      accelerometer_.weigh(a.healthy, std::max({a.offset, a.frozen, turned}), step, parameters_.recovery_time);
+      const double faulty = accelerometer_.fault == kAccelerometerFrozen ? a.frozen
+                            : accelerometer_.fault == kUpsideDown        ? a.upside_down
+                                                                         : a.offset;
+      accelerometer_.weigh(a.healthy, faulty, step, parameters_.recovery_time);
       a = AccelerationEvidence{};
     }
     if (wheels.pushed) a = AccelerationEvidence{};
@@ -227,13 +240,15 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   set(kStruck, g.struck + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
   set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
   set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
-  set(kMoved, half(g.healthy, g.slides) + slides, half(g.healthy, g.offset_begins) + slides);
+  set(kMoved, half(g.healthy, g.slides) + slides,
+      half(g.healthy, g.offset_begins) + logMixture(kJoltsMoved, a.healthy, a.jolted));
   set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
   set(kGyroOffset, g.offset + jolts, g.offset_begins + jolts);
   set(kGyroReversed, g.reversed + jolts, g.reversed + jolts);
-  set(kAccelerometerFrozen, g.healthy + a.frozen, g.healthy + a.frozen);
-  set(kAccelerometerOffset, g.healthy + a.offset, g.healthy + a.offset_begins);
-  set(kUpsideDown, g.reversed + a.upside_down, g.reversed + a.upside_down);
+  const double no_jolt = std::log1p(-jolts_);
+  set(kAccelerometerFrozen, g.healthy + no_jolt + a.frozen, g.healthy + no_jolt + a.frozen);
+  set(kAccelerometerOffset, g.healthy + no_jolt + a.offset, g.healthy + no_jolt + a.offset_begins);
+  set(kUpsideDown, g.reversed + no_jolt + a.upside_down, g.reversed + no_jolt + a.upside_down);
   if (step > 0.0) filter(stays, begins, wheels.to_stand, step);
 
   if (judged && gyro_) gyro_repetition_.update(y.yaw_rate, 0.0, gyro_kind_, 0.0);
@@ -244,8 +259,11 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
     slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], wheels.difference.mean);
     pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], wheels.forward.mean);
     yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
-    yaw_.learn(y.yaw_rate, wheels.difference, wheels.forward.mean, step, agrees);
-    if (y.yaw_rate == 0.0 && gyro_kind_ != Repetition::under_way) {
+    const bool missed = y.yaw_rate == 0.0 && turning_;
+    const double measured = missed ? 0.0 : 1.0 - gyro_repetition_.held(y.yaw_rate);
+    yaw_.learn(y.yaw_rate, wheels.difference, wheels.forward.mean, step, agrees * measured);
+    mirrored_.learn(-y.yaw_rate, wheels.difference, wheels.forward.mean, step, measured);
+    if (y.yaw_rate == 0.0 && !turning_) {
       gyro_repetition_.pass(y.yaw_rate);
     } else {
       gyro_repetition_.update(y.yaw_rate, std::abs(yaw_.slope() * difference_change_), gyro_kind_, agrees);
@@ -256,7 +274,6 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   if (reads) yaw_rate_ = y.yaw_rate;
   if (accelerates) {
     const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty(), explained = std::abs(rate_);
-    if (wheels.pushed || said_ == kMoved) forward_.widen(), vertical_.widen();
     forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], step);
     if (y.acceleration_z) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], step);
   }
@@ -306,6 +323,8 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
     fresh_[h] = std::exp(begun - next[h]);
     top = std::max(top, next[h]);
   }
+  // Sensors of a robot that is moved are not judged: what they see is its motion.
+  if (said_ == kMoved) std::fill(next.begin() + kMoved + 1, next.end(), -std::numeric_limits<double>::infinity());
   double sum = 0.0;
   for (double& p : next) sum += p = std::exp(p - top);
   for (int h = 0; h < kHypotheses; ++h) alpha_[h] = next[h] / sum;

@@ -245,12 +245,12 @@ faults::Normal WheelMonitor::turns(bool measured) const {
     const auto [low, high] = hold_.longest() > 0.0 ? held_.possible : possible();
     return {belief_.speed(), speedVariance() + square(high - low)};
   }
-  // The body is between what is measured and what is believed. A value that no drive train explains is doubtful for as
-  // long as that lasts.
-  const double noise = kNoise * std::sqrt(parameters_.wheel_variance + resolutionVariance());
-  const auto beyond = [noise](double error) { return std::max(0.0, std::abs(error) - noise); };
-  return {belief_.speed(), parameters_.wheel_variance + resolutionVariance() +
-                               square(beyond(measured_ - belief_.speed())) + square(kDoubtful * beyond(error_))};
+  // As measured, but for noise: the belief has less of it. What is held is of the past, and what no drive train
+  // explains is doubtful for as long as that lasts.
+  const double variance = parameters_.wheel_variance + resolutionVariance(), noise = kNoise * std::sqrt(variance);
+  const auto beyond = [noise](double error) { return error - std::clamp(error, -noise, noise); };
+  const double off = beyond(measured_ - belief_.speed()), held = hold_.held() > 0.0 ? off : 0.0;
+  return {belief_.speed() + off, variance + square(held) + square(kDoubtful * beyond(error_))};
 }
 
 double WheelMonitor::variance() const {

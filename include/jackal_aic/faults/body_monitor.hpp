@@ -117,7 +117,7 @@ class BodyMonitor {
 
   FaultParameters parameters_;
   bool on_box_;
-  YawPrediction yaw_;
+  YawPrediction yaw_, mirrored_;  // mirrored_: of a gyro that reads the turn with the wrong sign
   AccelerationAxis forward_, vertical_;
   Offset gyro_offset_, slip_offset_, pull_offset_;
   Repetition gyro_repetition_;
@@ -134,6 +134,8 @@ class BodyMonitor {
   // Of the last sample.
   double yaw_rate_ = 0.0, gyro_error_ = 0.0, gyro_variance_ = 1.0;  // [rad/s]
   Repetition::Kind gyro_kind_ = Repetition::rest;
+  bool turning_ = false;     // so fast that it shows the sign of the gyro
+  double predicted_ = 0.0;   // yaw rate when the gyro's value was new [rad/s]
   double since_jolt_ = 1.0;  // [s]
 };
 

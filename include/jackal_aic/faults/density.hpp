@@ -52,4 +52,10 @@ inline double logMixture(double share, double a, double b) {
   return logSum(std::log1p(-share) + a, std::log(share) + b);
 }
 
+/// ln of the density of a sample that is none with a probability: then it says nothing. @param log_density as if it
+/// were one, relative to that of the best hypothesis.
+inline double logUnless(double none, double log_density) {
+  return std::log(none + (1.0 - none) * std::exp(log_density));
+}
+
 }  // namespace jackal_aic::faults

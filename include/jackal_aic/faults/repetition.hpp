@@ -41,11 +41,18 @@ class Repetition {
     // and steps q that makes a difference of e^(-2 pi^2 (s/q)^2), the first harmonic of the rounding error. Changes to
     // and fro have a mean square of 2 s^2, or of q^2 if s is small.
     constexpr double kHarmonic = 19.74;  // 2 pi^2
-    const double steps = flips_ == 0.0 ? 0.0 : 0.5 * (flip_ / square(resolution_) - 1.0);
     const double known =
-        holds ? kMemory : std::clamp(std::exp(std::min(kHarmonic * steps, kLongest)), 1.0, 1.0 + kPerChange * all_);
+        holds ? kMemory : std::clamp(std::exp(std::min(kHarmonic * steps(), kLongest)), 1.0, 1.0 + kPerChange * all_);
     const double chance = (known * other + run_) / (known + run_);
     return std::log(repeats(value) ? chance : 1.0 - chance);
+  }
+
+  /// Probability that a value was held by its source and not measured again; 0 of one that does not repeat.
+  double held(double value) const {
+    if (!repeats(value)) return 0.0;
+    const double holds = counts_[under_way][0].chance(kHolds, kHoldsKnown);
+    const double same = std::min(1.0, 0.28 / std::sqrt(std::max(steps(), kTiny)));  // q/(2 sqrt(pi) s), of noise
+    return holds / (holds + (1.0 - holds) * same);
   }
 
   /// Takes a value whose repetition says nothing.
@@ -96,6 +103,7 @@ class Repetition {
   static constexpr double kMemory = 3000.0;    // samples, a minute at 50 Hz
   static constexpr double kLongest = 10.0;     // ln of kMemory, roughly
   static constexpr double kFlips = 100.0;      // changes to and fro over which their size is averaged
+  static constexpr double kFewFlips = 5.0;     // of which nothing is known yet
   static constexpr double kPerChange = 3.0;
   static constexpr double kTiny = 1e-20;
 
@@ -105,6 +113,7 @@ class Repetition {
       return (repeats + weight * beforehand) / (repeats + changes + weight);
     }
   };
+  double steps() const { return flips_ < kFewFlips ? 0.0 : 0.5 * (flip_ / square(resolution_) - 1.0); }  // (s/q)^2
   int bucket() const {
     int b = 0;
     for (int run = run_; run > 0 && b + 1 < kBuckets; run >>= 1) ++b;

@@ -9,10 +9,13 @@
 /// steady turn only the sum of the first three is observable, so they are one Kalman filter with their covariance.
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 
 #include "jackal_aic/faults/density.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/jitter.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic::faults {
 
@@ -32,6 +35,12 @@ class YawPrediction {
   /// Variance of a measured yaw rate about mean() [(rad/s)^2]. @param x with its variance [m/s].
   double variance(const Normal& x, double v) const;
 
+  /// Least |yaw rate| of a robot whose body follows its wheels on any ground [rad/s]. @param x with its variance [m/s].
+  double leastTurn(const Normal& x) const {
+    const double least = std::abs(x.mean) - thresholds::kSure * std::sqrt(x.variance);
+    return given_slope_ / kSlopeRange * std::max(0.0, least);
+  }
+
   /// Learns from a yaw rate. @param healthy probability that gyro and wheels agree.
   void learn(double yaw_rate, const Normal& x, double v, double step, double healthy);
 
@@ -41,9 +50,9 @@ class YawPrediction {
   /// What happened meanwhile is unknown: e starts anew.
   void restart() { e_ = {0.0, ground_}; }
 
-  double slope() const { return theta_(0); }                ///< s [1/m]
-  double bias() const { return theta_(1); }                 ///< beta [rad/s]
-  double noise() const { return noise_.variance(); }        ///< of the gyro [(rad/s)^2]
+  double slope() const { return theta_(0); }          ///< s [1/m]
+  double bias() const { return theta_(1); }           ///< beta [rad/s]
+  double noise() const { return noise_.variance(); }  ///< of the gyro [(rad/s)^2]
 
  private:
   static constexpr double kLargestSlip = 0.3;   // standard deviation of s, relative
