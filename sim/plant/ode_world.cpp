@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -42,15 +41,15 @@ constexpr double kStickSpeed = 1e-4;
 /// Rounding of a normal force on tilted ground [N]; its share of the friction would break the solver.
 constexpr double kSlightestForce = 1e-9;
 
-std::atomic<long> unsolved_steps{0};
 thread_local bool left_out = false;  // true: ODE omitted forces of a step in this thread
 
 /// Replaces ODE's printed messages, which report omitted forces of a step.
 void noteLeftOut(int /*number*/, const char* /*format*/, std::va_list /*values*/) { left_out = true; }
 
-void countUnsolved() {
-  if (unsolved_steps++ == 0)
-    std::fputs("simulated robot: contact forces of a step were not found (reported once)\n", stderr);
+void reportUnsolved() {
+  static std::once_flag once;
+  std::call_once(
+      once, [] { std::fputs("simulated robot: contact forces of a step were not found (reported once)\n", stderr); });
 }
 
 /// ODE is initialised once per process and never closed: worlds may outlive any other static object.
@@ -129,8 +128,6 @@ OdeWorld::OdeWorld(const RobotModel& model, const PlantParameters& parameters)
   for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);
   setInEquilibrium(model);
 }
-
-long OdeWorld::unsolvedSteps() { return unsolved_steps; }
 
 void OdeWorld::createChassis(const RobotModel& model) {
   chassis_ = createBody(world_.get(), model.chassis);
@@ -231,7 +228,7 @@ void OdeWorld::solve(double step) {
   }
   left_out = false;
   dWorldStep(world_.get(), step);
-  if (left_out) countUnsolved();
+  if (left_out) reportUnsolved();
   dJointGroupEmpty(contact_group_.get());
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     // The feedback torque is about the wheel's centre of mass; the motor acts about the axle.

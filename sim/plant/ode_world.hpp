@@ -56,9 +56,6 @@ class OdeWorld {
   /// Advances by a time step [s].
   void step(double step);
 
-  /// Steps of this process, in any world, in which ODE omitted contact forces.
-  static long unsolvedSteps();
-
   ChassisState chassis() const;                                ///< motion of the chassis after the last step
   double wheelSpeed(std::size_t wheel) const;                  ///< of a wheel relative to the chassis [rad/s]
   double wheelTorque(std::size_t wheel) const;                 ///< of a wheel's motor in the last step [N m]

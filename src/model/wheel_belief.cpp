@@ -82,7 +82,6 @@ void WheelBelief::restart(double speed) {
   P_.setZero();
   P_(kSpeed, kSpeed) = parameters_.measurement_variance;
   P_(kDisturbance, kDisturbance) = parameters_.disturbance_deviation * parameters_.disturbance_deviation;
-  gain_.setZero();
   lagged_ = corrected_ = measured_ = predicted_ = speed;
   steps_ = limited_steps_ = 0;
   limit_doubt_ = rate_ = 0.0;
@@ -154,7 +153,6 @@ double WheelBelief::correct(double measurement, double added_variance) {
   lagged_ += moved / S * PC(kSpeed);  // a correction is not a motion
   P_ -= PC * PC.transpose() / S;
   if (timing_decay_ == 0.0) resetTiming();
-  gain_ = parameters_.learning_rate / S * PC.head<3>();
   corrected_ = speed();
 
   const double residual = error - of_belief / S * moved;

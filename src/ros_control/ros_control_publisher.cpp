@@ -4,6 +4,8 @@
 
 #include <cerrno>
 
+#include "outputs/commands.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -17,8 +19,7 @@ void setDiagonal(boost::array<double, 36>& covariance, const std::array<double, 
 
 RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller,
                                          const RosControlParameters& parameters, const OdometryUpdate& initial)
-    : robot_(robot),
-      base_frame_(parameters.drive.robot.base_frame),
+    : base_frame_(parameters.drive.robot.base_frame),
       pose_covariance_given_(parameters.pose_covariance_diagonal.has_value()),
       twist_covariance_given_(parameters.twist_covariance_diagonal.has_value()),
       report_(parameters.drive.gate.deadlines.set_point),
@@ -34,7 +35,6 @@ RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros
   odometry_publisher_ = node.advertise<nav_msgs::Odometry>("odom", 100);
   state_publisher_ = node.advertise<ControllerState>("state", 10);
   if (parameters.publish_cmd) command_publisher_ = node.advertise<geometry_msgs::TwistStamped>("cmd_vel_out", 100);
-  transform_publisher_ = robot_.advertise<tf2_msgs::TFMessage>("/tf", 100);
   diagnostics_.setHardwareID("jackal");
   diagnostics_.add("Active inference controller",
                    [this](diagnostic_updater::DiagnosticStatusWrapper& status) { report_.diagnose(status); });
@@ -75,11 +75,7 @@ void RosControlPublisher::publish(const OdometryUpdate& update) {
   if (!twist_covariance_given_)
     fillMotionCovariance(update.motion.covariance, kSmallVariance, odometry_.twist.covariance);
   odometry_publisher_.publish(odometry_);
-  if (update.transform) {
-    tf2_msgs::TFMessage transforms;
-    transforms.transforms = {transformOf(odometry_)};
-    transform_publisher_.publish(transforms);
-  }
+  if (update.transform) broadcaster_.sendTransform(transformOf(odometry_));
   report_.settle();
   if (report_.update(update.status, "")) diagnostics_.force_update();
   diagnostics_.update();
@@ -91,8 +87,7 @@ void RosControlPublisher::publish(const OdometryUpdate& update) {
 void RosControlPublisher::publish(const CommandUpdate& update) {
   geometry_msgs::TwistStamped message;
   message.header.stamp = update.stamp;
-  message.twist.linear.x = update.velocity(kForward);
-  message.twist.angular.z = update.velocity(kYaw);
+  message.twist = twistMessage(update.velocity);
   command_publisher_.publish(message);
 }
 

@@ -9,7 +9,7 @@
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <semaphore.h>
-#include <tf2_msgs/TFMessage.h>
+#include <tf2_ros/transform_broadcaster.h>
 
 #include <array>
 #include <atomic>
@@ -60,13 +60,12 @@ class RosControlPublisher {
   void publish(const OdometryUpdate& update);
   void publish(const CommandUpdate& update);
 
-  ros::NodeHandle robot_;
   std::string base_frame_;
   nav_msgs::Odometry odometry_;  // with its constant fields
   bool pose_covariance_given_;
   bool twist_covariance_given_;
   ros::Publisher odometry_publisher_;
-  ros::Publisher transform_publisher_;
+  tf2_ros::TransformBroadcaster broadcaster_;
   ros::Publisher command_publisher_;  // with publish_cmd
   ros::Publisher state_publisher_;
   StatusReport report_;

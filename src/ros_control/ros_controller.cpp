@@ -92,7 +92,7 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
   for (const auto& joint : parameters_.drive.robot.right_wheel_joints) right_joints_.push_back(hw->getHandle(joint));
   live_ = parameters_.live;
   subscribe(root_nh, controller_nh);
-  fillState(*loop_, parameters_.drive.geometry, kNotMeasured, {}, update_.state);
+  fillState(*loop_, {}, update_.state);
   publisher_.emplace(root_nh, controller_nh, parameters_, update_);
   serveChanges(controller_nh);
   return true;
@@ -120,9 +120,9 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
         robot_status_ = status;
         postStatus();
       });
-  others_.emplace(std::vector<std::string>{}, &robot_->emergencyStop());
+  command_source_.emplace(controller, "cmd_vel", 1, [this](const SetPointInput& command) { onCommand(command); });
+  others_.emplace(std::vector<std::string>{}, robot_->emergencyStop(), *command_source_);
   others_->watch(robot, true);
-  command_source_.emplace(controller, "cmd_vel", 1, [this](const ReceivedSetPoint& command) { onCommand(command); });
 }
 
 /// With callbacks_ locked.
@@ -156,7 +156,7 @@ void RosController::adoptLive(const LiveParameters& wanted) {
   settings_.write(wanted);
 }
 
-void RosController::onCommand(const ReceivedSetPoint& command) {
+void RosController::onCommand(const SetPointInput& command) {
   if (!isRunning()) {
     ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Can't accept new commands. Controller is not running.");
     return;
@@ -165,7 +165,7 @@ void RosController::onCommand(const ReceivedSetPoint& command) {
     ROS_WARN_THROTTLE_NAMED(1.0, name_, "Received NaN in velocity command. Ignoring.");
     return;
   }
-  SetPointInput input{command.wanted, command.stamp};
+  SetPointInput input = command;
   const auto publishers = command_source_->publishers();
   if (!parameters_.allow_multiple_cmd_vel_publishers && publishers > 1) {
     ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Detected %u publishers. Only 1 publisher is allowed. Going to brake.",
@@ -249,6 +249,7 @@ void RosController::takeLive(const LiveParameters& wanted, double now) {
 void RosController::takeMessages(double now) {
   if (const RobotStatus* status = robot_states_.read()) status_ = *status;
   status_.graph_checked = others_->checked();
+  status_.set_points_connected = others_->setPointsConnected();
   loop_->report(status_, now);
   if (const double* stamp = feedback_stamps_.read()) loop_->receiveFeedback(*stamp, now);
   if (const SetPointInput* command = commands_.read()) loop_->setSetPoint(command->wanted, now, command->stamp);
@@ -359,11 +360,7 @@ void RosController::publish(const ros::Time& time) {
   update.pose_covariance = open_loop ? commanded_.covariance() : odometry_->poseCovariance();
   update.motion = open_loop ? commanded_motion_ : odometry_->motion();
   update.transform = live_.enable_odom_tf;
-  BodyVector measured = kNotMeasured;
-  const SkidSteerKinematics kinematics(parameters_.drive.geometry);
-  measured(kForward) = kinematics.bodyVelocity({last_wheels_.left, last_wheels_.right})(kForward);
-  if (imu_) measured(kYaw) = imu_->yaw_rate;
-  fillState(*loop_, parameters_.drive.geometry, measured, time, update.state);
+  fillState(*loop_, time, update.state);
   update.status = loop_->status();
   publisher_->post(update);
 }

@@ -74,7 +74,7 @@ class RosController : public controller_interface::Controller<hardware_interface
 
   void subscribe(ros::NodeHandle& robot, ros::NodeHandle& controller);
   void serveChanges(ros::NodeHandle& controller);
-  void onCommand(const ReceivedSetPoint& command);
+  void onCommand(const SetPointInput& command);
   void onImu(const sensor_msgs::Imu& message);
   void adoptLive(const LiveParameters& wanted);
   void postStatus();
@@ -134,8 +134,8 @@ class RosController : public controller_interface::Controller<hardware_interface
   std::optional<ImuReader> imu_reader_;
   std::optional<RobotReports> robot_;
   std::optional<RosControlPublisher> publisher_;
-  std::optional<OtherPublishers> others_;
   std::optional<SetPointSource> command_source_;
+  std::optional<OtherPublishers> others_;
   ros::Subscriber imu_subscriber_;
   std::optional<GainServer<LiveParameters, RosControllerConfig>> live_server_;
   std::unique_ptr<LiveParameterServer> live_parameters_;

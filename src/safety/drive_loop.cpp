@@ -125,6 +125,7 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
   const Observation& y = reading.observation;
   if (refuseStamp(y.stamp, now)) return false;
   take(wheels_, parameters_.gate.deadlines.wheels, y.stamp, now);
+  measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
   // Encoders at rest may repeat, on the move they may not.
   const WheelVector command = appliedCommand(now).vector();
   const bool turns = std::max(std::abs(y.wheel_left), std::abs(y.wheel_right)) >= thresholds::kMoving;
@@ -139,6 +140,7 @@ bool DriveLoop::receiveImu(const SensorReading& reading, double now) {
   noteTime(now);
   if (refuseStamp(reading.observation.stamp, now)) return false;
   take(imu_, parameters_.gate.deadlines.imu, reading.observation.stamp, now);
+  measured_(kYaw) = reading.observation.yaw_rate;
   frozen_imu_.update(now, reading.sample, false);
   return measurements_.started() && health(now).wheels.silent() && takeObservation(reading.observation, now);
 }
@@ -368,11 +370,12 @@ GateInputs DriveLoop::gateInputs(double now) {
   causes = overdueInputs(ages(now), parameters_.gate.deadlines);
   const bool missing = causes.hasAny({StopCause::set_point_missing});
   const bool stands = causes.hasAny({StopCause::set_point_late}) || set_point_.vector().isZero(0.0);
-  // A missing set point may still be on its way until the graph is checked.
-  unasked_for_ = missing && robot_.graph_checked ? unasked_for_ + controller_->actionStep() : 0.0;
+  // A missing set point may still be on its way until its publishers are connected.
+  unasked_for_ =
+      missing && robot_.graph_checked && robot_.set_points_connected ? unasked_for_ + controller_->actionStep() : 0.0;
   inputs.set_point_at_rest = missing ? unasked_for_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
   // The motors cannot be predicted under another node's commands, or without ours.
-  if (robot_.contended || robot_.unheard) measurements_.reset();
+  if (robot_.contended || robot_.no_subscriber) measurements_.reset();
   const bool has_to_stand = stands && gate_.command() == WheelCommand{};
   causes.add(measurements_.causes(health(now), now, has_to_stand));
   const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
@@ -402,8 +405,9 @@ void DriveLoop::decide(const GateInputs& inputs) {
 
 void DriveLoop::drive(double now) {
   const std::optional<WheelCommand> others = motors_.another(now);
-  status_.handed_over = others.has_value();
-  if (status_.handed_over) {
+  // Motors that rest because the commands have no subscriber are no hand-over.
+  status_.handed_over = others && !robot_.no_subscriber;
+  if (others) {
     controller_->overrule(*others);
     action_ = motors_.offer(kinematics_.wheelSpeeds(set_point_.forward, set_point_.yaw_rate));
     gate_.follow(*others);
@@ -473,6 +477,7 @@ void DriveLoop::reset(double now) {
   frozen_wheels_.reset();
   frozen_imu_.reset();
   set_point_ = {};
+  measured_ = kNotMeasured;
   set_point_arrival_ = wheels_ = imu_ = feedback_ = measurement_ = {};
   unasked_for_ = 0.0;
   go_on_since_ = kNever;

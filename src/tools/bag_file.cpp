@@ -2,13 +2,8 @@
 
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <iostream>
 #include <new>
 
 #include "jackal_aic/config/text.hpp"
@@ -28,25 +23,6 @@ std::string prepareToRead(const std::string& path) {
   setrlimit(RLIMIT_AS, &limit);
 #endif
   return "";
-}
-
-int inChildProcess(const std::string& program, const std::function<int()>& work) {
-  constexpr int kDamaged = 2;
-  std::fflush(nullptr);  // else both processes would write the buffered text
-  const pid_t child = fork();
-  if (child <= 0) {
-    const int status = work();
-    if (child < 0) return status;
-    std::cout.flush();
-    std::fflush(nullptr);
-    _exit(status);
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(status)) return WEXITSTATUS(status);
-  std::fprintf(stderr, "%s: the bag cannot be read: it is damaged\n", program.c_str());
-  return kDamaged;
 }
 
 std::string unreadableBag(const std::string& path, const std::exception& error) {

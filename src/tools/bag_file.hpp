@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Reading a bag. The bag library trusts lengths and positions in a file, and crashes on some damaged ones.
+/// Reading a bag. The bag library trusts the lengths in a file.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -68,9 +67,5 @@ void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
     if (const auto message = instance.instantiate<Message>()) take(message, instance);
   }
 }
-
-/// Runs a program in a child process, so that a bag that crashes the library causes a message of one line. @param
-/// program name, for that line. @returns the exit status of the work, or 2.
-int inChildProcess(const std::string& program, const std::function<int()>& work);
 
 }  // namespace jackal_aic

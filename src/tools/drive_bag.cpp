@@ -226,8 +226,8 @@ void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& re
   if (!rivals.empty()) recording.yaw_unknown = rivals + ": which of them measures the robot is not known";
   if (unknown) {
     recording.yaw_unknown = fmt::format(
-        "neither {} nor {} says how IMU frame {} is mounted on {}: say it with --imu-rotation", topics.fixed_frames,
-        topics.frames, jackal_aic::quoted(*unknown), jackal_aic::quoted(topics.base_frame));
+        "neither {} nor {} says how IMU frame {} is mounted on {}: say it with --imu-roll, --imu-pitch and --imu-yaw",
+        topics.fixed_frames, topics.frames, jackal_aic::quoted(*unknown), jackal_aic::quoted(topics.base_frame));
   }
   if (unknown || !rivals.empty()) recording.yaw.clear();
   checkImuClock(topics.imu, source.delay(), recording.remarks);

@@ -1,3 +1,4 @@
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <ros/package.h>
 #include <unistd.h>
@@ -8,14 +9,10 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <iterator>
-#include <optional>
-#include <sstream>
 
 #include "drive_bag.hpp"
 #include "identification_report.hpp"
@@ -33,54 +30,17 @@ struct IdentifyOptions {
   double wheel_radius = 0.098;
   double wheel_distance = 0.376;  // m
   double slip_factor = 1.0;
-  std::string imu_rotation;
+  std::array<double, 3> imu_angles{};  // deg, roll, pitch and yaw
   bool no_plot = false;
   BagTopics topics;
 };
 
-/// The text if it is a number; else empty.
-std::optional<double> number(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  return end != text.c_str() && *end == '\0' ? std::optional<double>(value) : std::nullopt;
-}
-
-/// Orientation by roll, pitch and yaw [deg], of fixed axes in this order. @throws po::error if they are not three
-/// numbers within a turn.
-Eigen::Quaterniond rotationOf(const std::string& text) {
-  constexpr double kTurn = 360.0;  // deg
-  std::istringstream words(text);
-  const std::vector<std::string> degrees{std::istream_iterator<std::string>(words), {}};
-  std::vector<double> angles;  // rad
-  for (const std::string& word : degrees) {
-    const auto angle = number(word);
-    if (angle && std::abs(*angle) <= kTurn) angles.push_back(*angle * (M_PI / 180.0));
-  }
-  if (degrees.size() != 3 || angles.size() != 3) {
-    throw po::error(fmt::format("--imu-rotation = {}: must be three angles within +-{:g} deg: roll, pitch and yaw",
-                                quoted(text), kTurn));
-  }
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angles[2], Eigen::Vector3d::UnitZ()) *
-                            Eigen::AngleAxisd(angles[1], Eigen::Vector3d::UnitY()) *
-                            Eigen::AngleAxisd(angles[0], Eigen::Vector3d::UnitX()));
-}
-
-/// Joins the angles after --imu-rotation into one value. program_options would take -90 for an option, and a bag after
-/// three angles for a fourth.
-std::vector<std::string> joinedRotation(const std::vector<std::string>& arguments) {
-  const std::string name = "--imu-rotation";
-  std::vector<std::string> joined;
-  for (std::size_t i = 0; i < arguments.size(); ++i) {
-    joined.push_back(arguments[i]);
-    const bool first_follows = arguments[i] == name;
-    if (!first_follows && arguments[i].rfind(name + "=", 0) != 0) continue;
-    const std::size_t last = i + (first_follows ? 3 : 2);
-    std::string& angles = joined.back();
-    for (; i < last && i + 1 < arguments.size() && number(arguments[i + 1]); ++i) {
-      angles += (angles == name ? "=" : " ") + arguments[i + 1];
-    }
-  }
-  return joined;
+/// Orientation by roll, pitch and yaw [deg], of fixed axes in this order.
+Eigen::Quaterniond rotationOf(const std::array<double, 3>& angles) {
+  constexpr double kDegree = M_PI / 180.0;
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angles[2] * kDegree, Eigen::Vector3d::UnitZ()) *
+                            Eigen::AngleAxisd(angles[1] * kDegree, Eigen::Vector3d::UnitY()) *
+                            Eigen::AngleAxisd(angles[0] * kDegree, Eigen::Vector3d::UnitX()));
 }
 
 /// Path of the picture of a bag: in its folder, with another name than the picture of `plot`.
@@ -115,12 +75,15 @@ bool parse(const std::vector<std::string>& arguments, std::ostream& out, Identif
       "m, wheel separation times multiplier with which the robot's controller turns a Twist into wheel speeds");
   add("wheel-topic", po::value(&topics.wheels)->default_value(topics.wheels), "sensor_msgs/JointState");
   add("imu-topic", po::value(&topics.imu)->default_value(topics.imu), "sensor_msgs/Imu");
-  add("imu-rotation", po::value(&options.imu_rotation)->value_name("ROLL PITCH YAW"),
-      "how the IMU is mounted, deg (default: as /tf_static or /tf in the bag says)");
+  constexpr std::array<const char*, 3> kAngles{"imu-roll", "imu-pitch", "imu-yaw"};
+  for (std::size_t i = 0; i < kAngles.size(); ++i) {
+    add(kAngles[i], po::value(&options.imu_angles[i]),
+        "deg, how the IMU is mounted (default: as /tf_static or /tf say)");
+  }
   add("base-frame", po::value(&topics.base_frame)->default_value(topics.base_frame), "frame of the robot in them");
   const auto positional = po::positional_options_description().add("bag", 1);
   po::variables_map values;
-  po::store(po::command_line_parser(joinedRotation(arguments)).options(named).positional(positional).run(), values);
+  po::store(po::command_line_parser(arguments).options(named).positional(positional).run(), values);
   po::notify(values);
   if (values.count("help") > 0) {
     out << "Usage: identify BAG [--out plant_model.yaml] [options]\nFits dead time, lag, gain, acceleration limit and "
@@ -137,7 +100,13 @@ bool parse(const std::vector<std::string>& arguments, std::ostream& out, Identif
     if (!(value >= 0.001 && value <= 10.0)) throw po::error(fmt::format("--{} must be in [0.001, 10]", name));
   }
   options.topics.geometry.wheel_radius = options.wheel_radius;
-  if (values.count("imu-rotation") > 0) options.topics.imu_rotation = rotationOf(options.imu_rotation);
+  for (std::size_t i = 0; i < kAngles.size(); ++i) {
+    constexpr double kTurn = 360.0;  // deg
+    if (!(std::abs(options.imu_angles[i]) <= kTurn)) {
+      throw po::error(fmt::format("--{} must be in [-{}, {}] deg", kAngles[i], kTurn, kTurn));
+    }
+    if (values.count(kAngles[i]) > 0) topics.imu_rotation = rotationOf(options.imu_angles);
+  }
   return true;
 }
 
@@ -193,12 +162,7 @@ void draw(const IdentifyOptions& options, const std::string& table, std::ostream
 /// A time of the recording's clock as a date; empty if the clock is a simulation's.
 std::string dateOf(double time) {
   constexpr double kFirstDate = 946684800.0;  // s, 2000-01-01
-  if (!(time >= kFirstDate)) return "";
-  const auto seconds = static_cast<std::time_t>(time);
-  std::tm utc{};
-  std::array<char, 32> text{};
-  if (gmtime_r(&seconds, &utc) == nullptr) return "";
-  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc)};
+  return time >= kFirstDate ? fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(static_cast<std::time_t>(time))) : "";
 }
 
 /// Prints the present step for a waiting user.

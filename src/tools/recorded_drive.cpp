@@ -25,8 +25,7 @@ namespace {
 
 constexpr double kLongestGap =
     60.0;  // s without a message after which the recorder counts as stopped, and no steps are added
-constexpr double kStep = 0.005;            // s between calls that run the due steps
-constexpr std::size_t kMostReasons = 100;  // of refusals: a reason may contain text of the recording
+constexpr double kStep = 0.005;  // s between calls that run the due steps
 
 /// Converts messages to the inputs that a node would have given its drive loop.
 class MessagePlayer {
@@ -54,8 +53,7 @@ class MessagePlayer {
     const auto stamped = message.instantiate<geometry_msgs::TwistStamped>();
     // Two kinds may share a topic: the set points of the multiplexer are commands, too.
     if (message.getTopic() == set_point_ && (twist || stamped)) {
-      const ReceivedSetPoint received = twist ? receivedSetPoint(*twist) : receivedSetPoint(*stamped);
-      pass(SetPointInput{received.wanted, received.stamp});
+      pass(twist ? setPointInput(*twist) : setPointInput(*stamped));
     }
     if (const auto wheels = message.instantiate<sensor_msgs::JointState>()) {
       passReading<WheelsInput>(sensors_.addWheels(wheels, now_));
@@ -74,8 +72,8 @@ class MessagePlayer {
         pass(AppliedInput{*command, AppliedSource::drive});
       }
     } else if (twist && shared_ && message.getTopic() == mux_) {
-      if (const auto v = setPoint(*twist)) {
-        pass(AppliedInput{kinematics_.wheelSpeeds(v->forward, v->yaw_rate), AppliedSource::twist});
+      if (const SetPoint v = setPoint(*twist); v.vector().allFinite()) {
+        pass(AppliedInput{kinematics_.wheelSpeeds(v.forward, v.yaw_rate), AppliedSource::twist});
       }
     }
   }
@@ -100,9 +98,7 @@ class MessagePlayer {
 
   template <class Input>
   void passReading(const std::optional<SensorReading>& reading) {
-    const std::string& refusal = sensors_.lastRefusal();
-    const bool kept = refusals_.size() < kMostReasons || refusals_.count(refusal) > 0;
-    if (!refusal.empty()) ++refusals_[kept ? refusal : "for other reasons"];
+    if (!sensors_.lastRefusal().empty()) ++refusals_[sensors_.lastRefusal()];
     if (reading) pass(Input{*reading});
   }
 

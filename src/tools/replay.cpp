@@ -14,7 +14,6 @@
 
 #include "bag_file.hpp"
 #include "jackal_aic/config/text.hpp"
-#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "outputs/state_output.hpp"
 #include "parameters/node_parameters.hpp"
@@ -27,7 +26,7 @@ namespace {
 namespace po = boost::program_options;
 
 struct Options {
-  std::string bag, output, preset, robot, plant_model, urdf, set_point, name_space = "/";
+  std::string bag, output, preset, robot, plant_model, set_point, name_space = "/";
   std::vector<std::string> settings;
   bool messages = false, check = false, help = false;
 
@@ -50,8 +49,6 @@ po::options_description optionsOf(Options& o) {
   add("namespace", po::value(&o.name_space)->default_value(o.name_space), "of the topics of the robot");
   add("set-point-topic", po::value(&o.set_point),
       "geometry_msgs/Twist or TwistStamped, for a bag without that log (default: jackal_AIC/set_point)");
-  add("urdf", po::value(&o.urdf),
-      "file with the robot's URDF, for a bag without that log; by default the wheels are the stock Jackal's");
   add("check", po::bool_switch(&o.check), "exit with status 1 unless every recorded state is reproduced exactly");
   return options;
 }
@@ -128,14 +125,9 @@ NodeParameters configurationFor(const Options& options, const std::string& recor
   if (!options.robot.empty()) addYamlFile(options.robot, map);
   if (!options.plant_model.empty()) addYamlFile(options.plant_model, map);
   for (const std::string& setting : options.settings) set(setting, map);
-  if (options.urdf.empty() && !map.has("robot.wheel_radius")) {
-    map.set("robot.wheel_radius", GeometryParameters{}.wheel_radius);
-  }
-  return readNodeParameters(std::move(map), [&]() -> std::string {
-    if (options.urdf.empty()) {
-      throw ParameterError("robot.effective_track: not given; add it with --set, or the robot's URDF with --urdf");
-    }
-    return readText(options.urdf);
+  if (!map.has("robot.wheel_radius")) map.set("robot.wheel_radius", GeometryParameters{}.wheel_radius);
+  return readNodeParameters(std::move(map), []() -> std::string {
+    throw ParameterError("robot.effective_track: not given; add it with --set robot.effective_track=METRES");
   });
 }
 
@@ -217,7 +209,6 @@ class Replay {
   /// @param table rows are added to it; nullptr: none.
   Replay(const NodeParameters& parameters, Comparison comparison, const Changes& changes, std::ostream* table)
       : loop_(parameters, makeController(parameters)),
-        geometry_(parameters.geometry),
         changes_(changes),
         comparison_(std::move(comparison)),
         table_(table) {
@@ -229,12 +220,6 @@ class Replay {
     if (changes_.gains && std::holds_alternative<GainsInput>(input.what)) {
       ++gains_left_out_;
       return;
-    }
-    if (const auto* wheels = std::get_if<WheelsInput>(&input.what)) {
-      const Observation& y = wheels->reading.observation;
-      measured_(kForward) = SkidSteerKinematics(geometry_).bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
-    } else if (const auto* imu = std::get_if<ImuInput>(&input.what)) {
-      measured_(kYaw) = imu->reading.observation.yaw_rate;
     }
     if (std::isnan(first_)) first_ = input.now;
     if (loop_.take(input)) note(input.now);
@@ -256,7 +241,7 @@ class Replay {
  private:
   void note(double now) {
     ControllerState state;
-    fillState(loop_, geometry_, measured_, ros::Time(now), state);
+    fillState(loop_, ros::Time(now), state);
     addRemarks({reason(loop_.status()), "", false, 0}, "base_link", state);
     const std::string said = statusName(state) + (state.reason.empty() ? "" : ": " + state.reason);
     if (said != said_) events_.push_back(fmt::format("{:12.3f} s  {}", now - first_, said));
@@ -282,11 +267,9 @@ class Replay {
   }
 
   DriveLoop loop_;
-  GeometryParameters geometry_;
   Changes changes_;
   Comparison comparison_;
   std::ostream* table_;
-  BodyVector measured_ = kNotMeasured;
   std::size_t gains_left_out_ = 0;
   std::string said_;
   std::vector<std::string> events_;
@@ -299,9 +282,9 @@ int replayDrive(const RecordedDrive& drive, const Options& options, std::ostream
   out << "Configuration: " << (recorded.empty() ? "that of config/" : "as recorded")
       << (options.changed() ? ", changed as asked for" : "") << "\n";
   const bool from_log = drive.hasLog() && !options.messages;
-  if (from_log && !(options.urdf + options.set_point).empty()) {
+  if (from_log && !options.set_point.empty()) {
     throw ParameterError(
-        "--urdf and --set-point-topic: the log in this bag has both; replay its messages by --messages");
+        "--set-point-topic: the log in this bag has the set points; replay its messages by --messages");
   }
   // The recorded commands reached the motors: the beliefs are about those.
   const Replay::Changes changes{!options.preset.empty(), from_log && options.changed() && !parameters.motors_shared,

@@ -5,25 +5,13 @@
 #include <cmath>
 #include <functional>
 
+#include "../complaint.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 
 namespace jackal_aic {
 namespace {
 
 using Texts = std::vector<std::string>;
-
-/// The message of the ParameterError that an action throws, one short line; empty if it throws none.
-std::string refusal(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const ParameterError& error) {
-    const std::string what = error.what();
-    EXPECT_EQ(what.find('\n'), std::string::npos) << what;
-    EXPECT_LT(what.size(), 400u) << what;
-    return what;
-  }
-  return "";
-}
 
 ControllerParameters load(const std::string& file) {
   ParameterMap map;
@@ -85,7 +73,7 @@ TEST(Parameters, ErrorsNameKeyValueAndBound) {
       {"belief_rate: 10", {"whole multiple"}},
       {"orders: 4", {"controller.state_variances has 4 values", "at least 5"}}};
   const auto loading = [](const std::string& line) {
-    return refusal([&line] {
+    return complaint([&line] {
       ParameterMap map;
       addYamlText(gainsWith(line), "test.yaml", map);
       const auto controller = readParameters<ControllerParameters>(map, "controller");
@@ -102,7 +90,7 @@ TEST(Parameters, ErrorsNameKeyValueAndBound) {
   section.set("controller", 5.0);
   section.declare("controller.kappa_a");
   section.declare("controller.tau");
-  EXPECT_EQ(refusal([&] { section.refuseUnknown(); }),
+  EXPECT_EQ(complaint([&] { section.refuseUnknown(); }),
             "controller = 5: expected keys below it, controller.kappa_a for one");
 }
 
@@ -111,7 +99,7 @@ TEST(Parameters, DivergingEulerIsRefusedWithItsNumber) {
   c.integrator = Integrator::euler;
   EXPECT_NO_THROW(validate(c, {}));
   c.tau = 0.001;
-  const std::string message = refusal([&c] { validate(c, {}); });
+  const std::string message = complaint([&c] { validate(c, {}); });
   for (const char* part :
        {"euler", "diverges", "spectral radius", "kappa_mu Pi_mu / tau^2 = 133.3", "must be below 2"}) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
@@ -123,7 +111,7 @@ TEST(Parameters, DivergingEulerIsRefusedWithItsNumber) {
 // ---- YAML
 
 std::string yamlRefusal(const std::string& text) {
-  return refusal([&text] {
+  return complaint([&text] {
     ParameterMap map;
     addYamlText(text, "file", map);
   });

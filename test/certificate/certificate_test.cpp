@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "../complaint.hpp"
 #include "ground.hpp"
 
 namespace jackal_aic {
@@ -81,12 +82,7 @@ TEST(Certificate, UnstableGainsHaveMarginsThatSayHowFarToGoBack) {
 
 /// What requireStable() refuses a loop with; empty if it accepts it.
 std::string refusal(const LinearLoop& loop) {
-  try {
-    requireStable(loop);
-    return "";
-  } catch (const ParameterError& error) {
-    return error.what();
-  }
+  return complaint([&] { requireStable(loop); });
 }
 
 TEST(RequireStable, NamesTheReasonAndTheRemedyInOneLine) {

@@ -67,14 +67,11 @@ class JitteredWheel {
       controller_.predict();
       if (i != 20 - phase || lost) continue;
       controller_.correct(x_(0));
-      gains.push_back(controller_.belief().lastGain());
     }
     controller_.act(controller_.input(wanted));
   }
 
   double speed() const { return x_(0); }
-
-  std::vector<Eigen::Vector3d> gains;  // of the belief
 
   static PlantModel model() {
     PlantModel model = ground();

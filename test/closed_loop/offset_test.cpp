@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "../excitation.hpp"
 #include "drives.hpp"
-#include "excitation.hpp"
 #include "identification_report.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/identification/plant_identification.hpp"

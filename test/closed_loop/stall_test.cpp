@@ -126,17 +126,17 @@ TEST(ClockThatRanBack, LeavesNothingThatHidesAFault) {
 
 /// A Gazebo robot has no jackal_left_wheel/command, and its wheels are not to blame for that.
 TEST(CommandsWithoutSubscriber, WheelsThatStandAreNoFault) {
-  for (const bool unheard : {false, true}) {
+  for (const bool no_subscriber : {false, true}) {
     DriveLoop loop(parameters(), makeController(parameters()));
     JackalPlant plant = plantOf();
     RobotStatus status;
-    status.unheard = unheard;
+    status.no_subscriber = no_subscriber;
     for (; plant.time() < kEnd; plant.step()) {
       loop.report(status, plant.time());
       serve(loop, plant, {0.5, 0.0, 0.0});
       plant.command({});
     }
-    EXPECT_EQ(reason(loop.status()), unheard ? "" : "wheels do not follow their command");
+    EXPECT_EQ(reason(loop.status()), no_subscriber ? "" : "wheels do not follow their command");
   }
 }
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-#include "excitation.hpp"
+#include "../excitation.hpp"
 #include "jackal_aic/identification/plant_identification.hpp"
 #include "jackal_plant.hpp"
 #include "plant/test_plant.hpp"

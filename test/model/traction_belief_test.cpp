@@ -114,7 +114,7 @@ TEST(TractionBelief, FastTurnOfUnknownCentreIsNoSlide) {
 
 // ---- wheels that slide
 
-TEST(TractionBelief, SpinningWheelsAreReplacedByTheAccelerometerUntilTheyGrip) {
+TEST(TractionBelief, AccelerometerReplacesSpinningWheelsUntilTheyGrip) {
   Robot robot;
   robot.proveItsAttitude();
   robot.drive(0.6, 1.65, 1.0);

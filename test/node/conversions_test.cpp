@@ -111,12 +111,12 @@ TEST(SetPointOfTwist, TakesForwardSpeedAndYawRate) {
   twist.linear.x = 0.5;
   twist.linear.y = 0.3;
   twist.angular.z = -0.4;
-  const auto wanted = setPoint(twist);
-  EXPECT_EQ(wanted->forward, 0.5);
-  EXPECT_EQ(wanted->lateral, 0.0) << "a skid-steer robot cannot go sideways";
-  EXPECT_EQ(wanted->yaw_rate, -0.4);
+  const SetPoint wanted = setPoint(twist);
+  EXPECT_EQ(wanted.forward, 0.5);
+  EXPECT_EQ(wanted.lateral, 0.0) << "a skid-steer robot cannot go sideways";
+  EXPECT_EQ(wanted.yaw_rate, -0.4);
   twist.angular.x = std::numeric_limits<double>::infinity();
-  EXPECT_FALSE(setPoint(twist)) << "a message that is broken anywhere is not trusted";
+  EXPECT_FALSE(setPoint(twist).vector().allFinite()) << "a message that is broken anywhere is not trusted";
 }
 
 /// A drive loop whose robot turns to the left.
@@ -132,7 +132,7 @@ DriveLoop turning(const DriveParameters& parameters) {
 
 ControllerState messageOf(const DriveLoop& loop, const StateRemarks& remarks = {}) {
   ControllerState message;
-  fillState(loop, {}, BodyVector(0.4, 0.0, 0.3), ros::Time(1.02), message);
+  fillState(loop, ros::Time(1.02), message);
   addRemarks(remarks, "base_link", message);
   return message;
 }
@@ -195,12 +195,14 @@ TEST(StateMessage, SaysWhoDrivesAndWhyNot) {
     std::uint8_t driven_by;
     std::string reason, summary;
   };
-  const std::string unheard = "no subscriber on /cmd_vel";
-  for (const Case& c :
-       {Case{{"", "", false, 0}, ControllerState::BY_US, "", "driven by this controller"},
-        Case{{"", unheard, false, 0}, ControllerState::BY_NOBODY, unheard, "not driven"},
-        Case{{"a fault", unheard, false, 0}, ControllerState::BY_NOBODY, "a fault; " + unheard, "not driven"},
-        Case{{"", "", true, 0}, ControllerState::BY_ANOTHER, "", "driven by another node"}}) {
+  const std::string no_subscriber = "no subscriber on /cmd_vel";
+  for (const Case& c : {Case{{"", "", false, 0}, ControllerState::BY_US, "", "driven by this controller"},
+                        Case{{"", no_subscriber, false, 0}, ControllerState::BY_NOBODY, no_subscriber, "not driven"},
+                        Case{{"a fault", no_subscriber, false, 0},
+                             ControllerState::BY_NOBODY,
+                             "a fault; " + no_subscriber,
+                             "not driven"},
+                        Case{{"", "", true, 0}, ControllerState::BY_ANOTHER, "", "driven by another node"}}) {
     const ControllerState message = messageOf(loop, c.remarks);
     EXPECT_EQ(message.driven_by, c.driven_by) << c.summary;
     EXPECT_EQ(message.reason, c.reason);

@@ -11,9 +11,11 @@ import rostest
 from geometry_msgs.msg import Twist
 from jackal_msgs.msg import Drive
 from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
 
-from simulated_robot import Log, Process, RADIUS, Robot, advertise, call
+from simulated_robot import Process, RADIUS, Robot, advertise, configure
+
+CONTROLLER = '/excitation_controller'
+TRACK = 0.563385  # m, of the stock controller
 
 
 class Excitation(unittest.TestCase):
@@ -23,10 +25,16 @@ class Excitation(unittest.TestCase):
         self.addCleanup(self.robot.close)
         self.robot.wait(lambda: self.robot.now() > 0.0, 'the clock')
 
-    def start(self, name, **session):
-        for key, value in dict(session, countdown=session.get('countdown', 0.0)).items():
-            rospy.set_param('/{}/session/{}'.format(name, key), value)
-        process = Process(name, 'excitation_node')
+    def start(self, name, *arguments, output='cmd_drive'):
+        """The controller as identify.launch configures it, and the excitation."""
+        if rospy.has_param(CONTROLLER):
+            rospy.delete_param(CONTROLLER)
+        configure(CONTROLLER[1:], 'advanced', 'diff_drive')
+        rospy.set_param(CONTROLLER + '/deadlines/set_point', 0.5)
+        rospy.set_param(CONTROLLER + '/output', output)
+        controller = Process(CONTROLLER[1:])
+        self.addCleanup(controller.__exit__)
+        process = Process(name, 'excitation', '--countdown', '0', *arguments)
         self.addCleanup(process.__exit__)
         return process
 
@@ -34,7 +42,7 @@ class Excitation(unittest.TestCase):
         return any(drive.drivers[0] != 0.0 for drive in list(self.robot.drives))
 
     def begun(self):
-        self.robot.wait(self.driven, 'the excitation to begin', 60.0)
+        self.robot.wait(self.driven, 'the excitation to begin', 120.0)
 
     def expect_end(self, process, said):
         self.robot.wait(process.ended, 'the excitation to give up', 60.0)
@@ -64,7 +72,7 @@ class Excitation(unittest.TestCase):
         self.begun()
         self.emergency_stop()
         self.expect_end(process, 'was not driven to its end: emergency stop')
-        self.assertEqual(self.robot.drives[-1].drivers[0], 0.0)
+        self.robot.wait(lambda: self.robot.drives[-1].drivers[0] == 0.0, 'the robot to stand', 2.0)
         self.doCleanups()
         self.setUp()
         process = self.start('exciter')
@@ -72,11 +80,11 @@ class Excitation(unittest.TestCase):
         self.expect_end(process, self.another())
 
     def test_waits_for_confirmation_and_keeps_its_acceleration(self):
-        process = self.start('confirmed', confirm=True, countdown=0.5)
-        rospy.wait_for_service('/confirmed/start', 60.0)
-        self.robot.run(5.0)
+        process = self.start('confirmed', '--confirm', 'true')
+        self.robot.run(15.0)
         self.assertFalse(self.driven(), 'not confirmed yet')
-        call('/confirmed/start', Trigger)
+        self.assertFalse(process.ended(), process.errors())
+        process.confirm()
         self.begun()
         self.robot.wait(process.ended, 'the excitation to end', 60.0)
         self.assertEqual(process.process.returncode, 0, process.errors())
@@ -85,13 +93,22 @@ class Excitation(unittest.TestCase):
         self.assertTrue(0.5 * step < largest <= 1.01 * step, largest)
         self.assertEqual(speeds[-1], 0.0)
 
-    def test_drives_by_body_velocities(self):
-        twists = Log('cmd_vel', Twist)
-        process = self.start('twister', twist=True)
-        self.robot.wait(lambda: any(twist.linear.x > 0.59 for twist in list(twists)), 'the full speed', 30.0)
+    def test_refuses_to_ask_where_nobody_answers(self):
+        process = self.start('unanswered', '--confirm', 'true')
+        process.process.stdin.close()
+        self.expect_end(process, 'confirm:=false does not ask')
         self.assertFalse(self.driven())
+
+    def test_drives_by_body_velocities_until_another_set_point(self):
+        wheels = advertise('cmd_drive', Drive)  # the stock velocity controller's
+        follow = rospy.Subscriber('cmd_vel', Twist, lambda twist: wheels.publish(Drive.MODE_VELOCITY, [
+            (twist.linear.x + side * twist.angular.z) / RADIUS for side in (-0.5 * TRACK, 0.5 * TRACK)]), tcp_nodelay=True)
+        self.addCleanup(wheels.unregister)
+        self.addCleanup(follow.unregister)
+        process = self.start('twister', '--commands', 'cmd_vel', output='twist')
+        self.robot.wait(lambda: any(drive.drivers[0] > 0.59 / RADIUS for drive in list(self.robot.drives)), 'the full speed', 60.0)
         self.robot.set_point.publish(Twist())
-        self.robot.wait(process.ended, 'the excitation to end', 60.0)
+        self.expect_end(process, 'more than one node publishes set points')
 
     def test_drives_only_while_its_bag_is_written(self):
         with tempfile.TemporaryDirectory() as directory:
@@ -99,15 +116,15 @@ class Excitation(unittest.TestCase):
                 if name == 'abandoned':
                     pathlib.Path(bag).write_text('an earlier drive')
                     pathlib.Path(bag + '.1').write_text('the first drive')
-                process = self.start(name, bag=bag)
+                process = self.start(name, '--bag', bag)
                 with Process('record_of_' + name, 'record', bag, '--only', 'cmd_drive'):
                     if name == 'unwritten':
-                        self.expect_end(process, 'the recorder does not write ' + bag)
+                        self.expect_end(process, 'nothing is recorded into ' + bag)
                         self.assertFalse(self.driven())
                         continue
                     self.begun()
                     subprocess.check_output(['rosnode', 'kill', '/record_of_abandoned'])
-                    self.expect_end(process, 'was not driven to its end: the recorder has ended, which was to write ' + bag)
+                    self.expect_end(process, 'was not driven to its end: nothing is recorded into ' + bag)
                     self.robot.wait(lambda: self.robot.drives[-1].drivers[0] == 0.0, 'the last command', 10.0)
             self.assertEqual(pathlib.Path(bag).read_bytes()[:13], b'#ROSBAG V2.0\n')
             self.assertEqual([pathlib.Path(bag + end).read_text() for end in ('.1', '.2')], ['the first drive', 'an earlier drive'])

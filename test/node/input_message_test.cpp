@@ -58,10 +58,11 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   expectSame(roundTrip(ObservationInput{without_z}).observation, without_z);
   EXPECT_EQ(roundTrip(FeedbackInput{kNow}).stamp, kNow);
   const RobotStatus status =
-      roundTrip(StatusInput{{false, true, false, true, false, false, true, true, true, true}}).status;
+      roundTrip(StatusInput{{false, true, false, true, false, false, true, true, true, true, false}}).status;
   EXPECT_TRUE(status.robot_stopped && status.driver_fault && status.ending && status.rivals && status.disabled);
-  EXPECT_TRUE(status.unheard);
-  EXPECT_FALSE(status.emergency_stop || status.motors_off || status.contended || status.graph_checked);
+  EXPECT_TRUE(status.no_subscriber);
+  EXPECT_FALSE(status.emergency_stop || status.motors_off || status.contended || status.graph_checked ||
+               status.set_points_connected);
   const AppliedInput applied = roundTrip(AppliedInput{{kThird, -kThird}, AppliedSource::wheels});
   EXPECT_EQ(applied.command, (WheelCommand{kThird, -kThird}));
   EXPECT_EQ(applied.source, AppliedSource::wheels);

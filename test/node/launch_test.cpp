@@ -287,9 +287,12 @@ TEST_F(Launch, ASimulationThatIsEndedWhileItDrivesComesToRest) {
 }
 
 TEST_F(Launch, EndsTheExcitationWhoseArgumentIsRefused) {
-  for (const char* refused : {"linear_speed:=50", "confirm:=yes", "countdown:=abc", "repetitions:=0"}) {
+  for (const auto& [refused, said] : {std::pair("linear_speed:=50", "--linear-speed: 50: must be in [0.1, 2.0]"),
+                                      {"confirm:=yes", "--confirm: invalid choice: 'yes'"},
+                                      {"countdown:=abc", "--countdown: invalid number value: 'abc'"},
+                                      {"repetitions:=0", "--repetitions: 0: must be in [1, 100]"}}) {
     roslaunch(std::string("identify.launch simulated:=true bag:=drive.bag ") + refused);
-    EXPECT_NE(text("log").find("FATAL"), std::string::npos) << text("log");
+    EXPECT_NE(text("log").find(said), std::string::npos) << text("log");
     EXPECT_EQ(text("log").find("The excitation is complete"), std::string::npos) << refused;
   }
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "../complaint.hpp"
 #include "../temporary_directory.hpp"
 #include "jackal_aic/config/parameter_map.hpp"
 
@@ -26,14 +27,7 @@ class LearnedFileTest : public testing::Test {
   }
 
   std::string refusal() const {
-    try {
-      readLearnedFile(path_, kThen);
-    } catch (const ParameterError& error) {
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-      return error.what();
-    }
-    ADD_FAILURE() << "accepted: " << text();
-    return "";
+    return complaint([this] { readLearnedFile(path_, kThen); }, 400 + path_.size());
   }
 
   TemporaryDirectory directory_;
@@ -76,14 +70,11 @@ TEST_F(LearnedFileTest, GivesBackDeadTimeAndLag) {
 /// The robot has been identified since, or it is another one.
 TEST_F(LearnedFileTest, RefusesWhatWasLearnedWithAnotherConfiguration) {
   writeLearnedFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}}, kThen);
-  try {
-    readLearnedFile(path_, {kConfigured, DriveTrainTiming{0.2, 0.006}});
-    FAIL() << "accepted";
-  } catch (const ParameterError& error) {
-    EXPECT_EQ(error.what(), "slip.file = '" + path_ +
-                                "': learned with dead time 0.08 s, lag 0.006 s, configured with dead time 0.2 s, "
-                                "lag 0.006 s now");
-  }
+  EXPECT_EQ(complaint([&] {
+              readLearnedFile(path_, {kConfigured, DriveTrainTiming{0.2, 0.006}});
+            }),
+            "slip.file = '" + path_ +
+                "': learned with dead time 0.08 s, lag 0.006 s, configured with dead time 0.2 s, lag 0.006 s now");
   EXPECT_THROW(readLearnedFile(path_, {{5.0, 1.0}, kThen.timing}), ParameterError);
 }
 
@@ -99,7 +90,7 @@ TEST_F(LearnedFileTest, PutsAFileAsideThatCannotBeUsed) {
   EXPECT_FALSE(putAside(path_)) << "a directory";
 }
 
-TEST_F(LearnedFileTest, ARobotThatIsSlowerThanAnythingLearnedReadsItsFileAgain) {
+TEST_F(LearnedFileTest, ARobotSlowerThanAnythingLearnedReadsItsFile) {
   const LearnedModel slow{kConfigured, DriveTrainTiming{0.6, 0.7}};
   writeLearnedFile(path_, slow, slow);
   const auto kept = readLearnedFile(path_, slow);
@@ -136,12 +127,7 @@ TEST_F(LearnedFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
 }
 
 std::string complaintOfWriting(const std::string& path) {
-  try {
-    writeLearnedFile(path, {{0.7, 1.0}}, kThen);
-  } catch (const ParameterError& error) {
-    return error.what();
-  }
-  return "";
+  return complaint([&] { writeLearnedFile(path, {{0.7, 1.0}}, kThen); });
 }
 
 TEST_F(LearnedFileTest, IsWrittenWholeOrNotAtAll) {

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "../complaint.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
@@ -90,12 +91,8 @@ TEST(RobotDescription, OnlyATextIsAUrdf) {
   XmlRpc::XmlRpcValue list, none;
   list[0] = "<robot/>";
   for (const XmlRpc::XmlRpcValue& value : {XmlRpc::XmlRpcValue(""), XmlRpc::XmlRpcValue(5), list, none}) {
-    try {
-      urdfIn(value, "/robot_description");
-      ADD_FAILURE() << "taken";
-    } catch (const ParameterError& error) {
-      EXPECT_STREQ(error.what(), "/robot_description: expected the text of a URDF; it is empty, or no text");
-    }
+    EXPECT_EQ(complaint([&] { urdfIn(value, "/robot_description"); }),
+              "/robot_description: expected the text of a URDF; it is empty, or no text");
   }
 }
 

@@ -71,7 +71,8 @@ class Process:
 
     def __init__(self, name, executable='controller_node', *arguments):
         self.log = tempfile.NamedTemporaryFile('w+')
-        self.process = subprocess.Popen(['rosrun', 'jackal_aic', executable, '__name:=' + name, *arguments], stderr=self.log)
+        self.process = subprocess.Popen(['rosrun', 'jackal_aic', executable, '__name:=' + name, *arguments], stderr=self.log,
+                                        stdin=subprocess.PIPE, universal_newlines=True)
 
     def __enter__(self):
         return self
@@ -83,6 +84,10 @@ class Process:
 
     def signal(self, number):
         self.process.send_signal(number)
+
+    def confirm(self):
+        """Presses Enter."""
+        print(file=self.process.stdin, flush=True)
 
     def ended(self):
         return self.process.poll() is not None

@@ -4,11 +4,14 @@
 import pathlib
 import signal
 import tempfile
+import time
 import unittest
 
 import rospy
 import rostest
+from geometry_msgs.msg import Twist
 from jackal_aic.msg import ControllerState
+from rospy.impl.masterslave import ROSHandler
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
@@ -66,7 +69,7 @@ class StartAndStop(unittest.TestCase):
                 self.assertIn(word, process.errors())
         self.assertFalse(self.robot.drives, 'a command was published')
 
-    def test_a_learned_file_that_cannot_be_used_is_put_aside_and_the_robot_drives(self):
+    def test_puts_a_learned_file_aside_that_cannot_be_used(self):
         outdated = 'slip: {effective_track: 0.6, slip_factor: 1.0, told_track: 0.7}'
         self.file.write_text(outdated)
         configure('outdated', 'predictive', 'plant_model')
@@ -114,6 +117,24 @@ class StartAndStop(unittest.TestCase):
         self.robot.wanted = None
         self.robot.run(1.0)
         self.drive(0.5)
+
+    def test_set_points_that_are_not_connected_yet_are_no_pause(self):
+        """As on a machine so busy that their publisher answers a new subscriber seconds late."""
+        at_once = ROSHandler.requestTopic
+
+        def late(handler, caller, topic, protocols):
+            time.sleep(3.0 if topic == self.robot.set_point.resolved_name else 0.0)
+            return at_once(handler, caller, topic, protocols)
+
+        ROSHandler.requestTopic = late
+        self.addCleanup(setattr, ROSHandler, 'requestTopic', at_once)
+        configure('deaf', 'improved')
+        self.robot.wanted = Twist()
+        self.robot.wanted.linear.x = 0.5
+        self.ready('deaf')
+        self.robot.run(3.0)
+        self.assertEqual({tuple(drive.drivers) for drive in self.robot.drives}, {(0.0, 0.0)})
+        self.assertEqual(self.robot.state().reason, 'set points not zero since the start (waits for a zero set point or a pause)')
 
     def test_a_latched_stop_is_heard_before_the_first_command(self):
         stop = advertise('e_stop', Bool, latch=True)
@@ -214,6 +235,12 @@ class StartAndStop(unittest.TestCase):
         self.assertTrue(saved.success, saved.message)
         self.assertIn('{}: effective track 0.5'.format(self.file), saved.message)
         self.assertIn('effective_track: 0.5', self.file.read_text())
+
+    def test_a_preset_that_does_not_learn_says_that_the_file_is_not_used(self):
+        configure('improved_with_file', 'improved')
+        rospy.set_param('/improved_with_file/slip/file', str(self.file))
+        self.assertIn('slip.file is not used: only preset:=predictive learns', self.ready('improved_with_file').errors())
+        self.assertFalse(self.file.exists())
 
     def test_a_missing_folder_keeps_nothing_and_the_robot_drives(self):
         process = self.learner('homeless', self.file.parent / 'none/slip.yaml')

@@ -37,7 +37,7 @@ class StatusReportTest : public testing::Test {
 
   diagnostic_updater::DiagnosticStatusWrapper diagnosis() const {
     diagnostic_updater::DiagnosticStatusWrapper told;
-    report.diagnose(told, missing, unheard);
+    report.diagnose(told, missing, no_subscriber);
     return told;
   }
 
@@ -63,7 +63,7 @@ class StatusReportTest : public testing::Test {
   KeptLog log;
   DriveLoopStatus status;
   StopCauses missing;
-  std::string unheard;
+  std::string no_subscriber;
   StatusReport report{0.5};
 };
 
@@ -112,11 +112,11 @@ TEST_F(StatusReportTest, WhatHasNotComeOrIsFaultyIsAWarningWhileIdle) {
 }
 
 TEST_F(StatusReportTest, CommandsThatNobodyHearsAreAWarning) {
-  unheard = "nobody listens to /cmd_vel";
+  no_subscriber = "nobody listens to /cmd_vel";
   for (const bool handed_over : {true, false}) {
     status.handed_over = handed_over;
     decide(DriveStatus::driving, StopCause::none);
-    expectDiagnosis(DiagnosticStatus::WARN, unheard);
+    expectDiagnosis(DiagnosticStatus::WARN, no_subscriber);
   }
   decide(DriveStatus::idle, StopCause::set_point_missing);
   expectDiagnosis(DiagnosticStatus::WARN, "no set point received yet; nobody listens to /cmd_vel");

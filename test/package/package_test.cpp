@@ -88,7 +88,7 @@ TEST(Programs, AnswerHelpWithoutAMaster) {
     }
   }
   // Nodes are started by launch files, which know their arguments.
-  for (const char* node : {"controller_node", "excitation_node", "plant_node"}) {
+  for (const char* node : {"controller_node", "plant_node"}) {
     EXPECT_EQ(programs.erase(node), 1u) << node;
   }
   EXPECT_EQ(programs, (std::set<std::string>{"analyze", "identify", "replay"}));

@@ -20,7 +20,7 @@ TEST(YawRateBelief, IsUnbiasedInASteadyTurn) {
   EXPECT_NEAR(yaw.yawRate(), 0.8, 1e-3);
 }
 
-TEST(YawRateBelief, FollowsTheWheelsBetweenMeasurementsAndTheGyroWhileTurningIn) {
+TEST(YawRateBelief, FollowsTheWheelsBetweenSamplesOfTheGyro) {
   YawRateBelief yaw({}), steady({});
   for (int k = 0; k < 100; ++k) yaw.predict(4.0, kStep);
   EXPECT_NEAR(yaw.yawRate(), 0.4, 1e-12);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "../complaint.hpp"
 #include "../repository.hpp"
 
 namespace jackal_aic {
@@ -20,12 +21,7 @@ ParameterMap bare() {
 RosControlParameters read(const ParameterMap& map) { return readRosControlParameters(map, jackalUrdf); }
 
 std::string refusal(const ParameterMap& map, const std::string& urdf = jackalUrdf()) {
-  try {
-    readRosControlParameters(map, [&] { return urdf; });
-  } catch (const ParameterError& error) {
-    return error.what();
-  }
-  return "";
+  return complaint([&] { readRosControlParameters(map, [&] { return urdf; }); });
 }
 
 TEST(RosControlParameters, DefaultsAreThoseOfDiffDriveController) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -162,7 +163,7 @@ TEST_F(DriveLoopDuties, BrakeOverrulesTheControllerAndKeepsItsBelief) {
   EXPECT_FALSE(controller->called('!'));
 }
 
-TEST_F(DriveLoopDuties, DivergedBeliefIsResetWithTheSetPointUntilItIsPlausible) {
+TEST_F(DriveLoopDuties, DivergedBeliefIsResetUntilItIsPlausible) {
   run(500);
   controller->calls.clear();
   controller->believed(kForward) = 1e3;
@@ -191,7 +192,7 @@ TEST_F(DriveLoopDuties, SourcesThatDoNotPairStop) {
   EXPECT_EQ(why(), "stamps of wheel speeds and IMU data do not pair");
 }
 
-TEST_F(DriveLoopDuties, RepeatedWheelSpeedsAreFrozenWhileAWheelTurnsOrIsCommandedTo) {
+TEST_F(DriveLoopDuties, RepeatedWheelSpeedsAreFrozenWhileAWheelTurns) {
   const struct {
     WheelCommand measured, wanted;
     bool frozen;
@@ -226,6 +227,17 @@ TEST_F(DriveLoopDuties, LateFeedbackStopsARobotThatHadFeedback) {
   EXPECT_EQ(why(), "");
   run(300);
   EXPECT_EQ(why(), "feedback of the motors too old");
+}
+
+TEST_F(DriveLoopDuties, MeasuredVelocityIsThatOfTheLastSamples) {
+  EXPECT_TRUE(loop.measuredVelocity().array().isNaN().all());
+  receive(true, now);
+  EXPECT_NEAR(loop.measuredVelocity()(kForward), 0.098 * 4.5, 1e-9);
+  EXPECT_TRUE(std::isnan(loop.measuredVelocity()(kYaw)));
+  receive(false, now);
+  EXPECT_EQ(loop.measuredVelocity()(kYaw), yaw_rate);
+  loop.start({}, now);
+  EXPECT_TRUE(loop.measuredVelocity().array().isNaN().all());
 }
 
 // ---- time
@@ -388,6 +400,14 @@ TEST_F(SharedMotors, AreNotHandedOverInABrakeOrAfterAStart) {
   loop.start({}, now);
   run(200);
   EXPECT_FALSE(loop.status().handed_over);
+}
+
+TEST_F(SharedMotors, AreNotHandedOverWhileNothingSubscribesToTheCommands) {
+  runWith(500);
+  report(&RobotStatus::no_subscriber);
+  runWith(500, &theirs);
+  EXPECT_FALSE(loop.status().handed_over);
+  EXPECT_EQ(controller->overruled, theirs) << "the belief follows the motors";
 }
 
 TEST_F(SharedMotors, AreHandedOverWhenTheWheelsDoOtherThanCommanded) {

@@ -276,6 +276,18 @@ TEST_F(LatchedLoop, ClockThatStepsBackAtRestKeepsTheLatch) {
   EXPECT_EQ(status(), DriveStatus::driving) << why();
 }
 
+TEST(DriveLoop, SilenceBeforeSetPointsAreConnectedIsNoPause) {
+  for (const bool connected : {true, false}) {
+    Robot robot(thesis());
+    robot.loop.start({}, robot.now);
+    robot.robot.set_points_connected = connected;
+    robot.drive(2.0, "wip");
+    robot.robot.set_points_connected = true;
+    robot.drive(1.0);
+    EXPECT_EQ(robot.status(), connected ? DriveStatus::driving : DriveStatus::stopped) << robot.why();
+  }
+}
+
 TEST_F(LatchedLoop, SetPointsThatLastSinceTheStartDoNotMoveTheRobot) {
   drive(0.3, "wip");  // a subscriber needs a moment to find the publisher
   EXPECT_EQ(status(), DriveStatus::idle) << why();

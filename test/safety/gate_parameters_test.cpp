@@ -4,18 +4,15 @@
 
 #include <string>
 
+#include "../complaint.hpp"
+
 namespace jackal_aic {
 namespace {
 
 std::string refusal(const std::string& key, double value) {
   ParameterMap map;
   map.set(key, value);
-  try {
-    readGateParameters(map);
-  } catch (const ParameterError& error) {
-    return error.what();
-  }
-  return "";
+  return complaint([&] { readGateParameters(map); });
 }
 
 TEST(GateParameters, ZeroDisablesADeadline) {

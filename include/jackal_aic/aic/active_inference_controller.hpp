@@ -61,7 +61,6 @@ class ActiveInferenceController : public VelocityController {
 
   const GeneralizedBody& belief() const { return inference_.belief(); }              ///< mu_tilde, 3 x (p+1)
   const GeneralizedSensor& measurement() const { return inference_.measurement(); }  ///< y_tilde, 5 x (p+1)
-  const std::optional<PlantModel>& plantModel() const { return plant_model_; }       ///< what bounds the action
   PredictionErrors<GenerativeModel> errors() const { return inference_.errors(); }   ///< eps_y, eps_mu now (3-6, 3-7)
 
   BodyVector believedVelocity() const override { return belief().col(0); }

@@ -79,16 +79,12 @@ class WheelBelief {
   double speed() const { return x_(0) + x_(3); }                                 ///< w + e [rad/s]
   double speedVariance() const { return P_(0, 0) + 2.0 * P_(0, 3) + P_(3, 3); }  ///< of it
   double disturbance() const { return x_(2); }                                   ///< d [rad/s]
-  double limitShare() const { return limit_share_; }  ///< lambda, acceleration limit of the wheel / of the model
-  double acceleration() const { return rate_; }       ///< dw/dt of the last inner step [rad/s^2]
-  double measurement() const { return measured_; }    ///< y, the last one [rad/s]
-  double predicted() const { return predicted_; }     ///< w + e before it [rad/s]
+  double acceleration() const { return rate_; }     ///< dw/dt of the last inner step [rad/s^2]
+  double measurement() const { return measured_; }  ///< y, the last one [rad/s]
+  double predicted() const { return predicted_; }   ///< w + e before it [rad/s]
 
   /// Gain of the next measurement on (w, z, d) if the wheel does not accelerate.
   Eigen::Vector3d gain() const;
-
-  /// Gain of the last measurement on (w, z, d).
-  const Eigen::Vector3d& lastGain() const { return gain_; }
 
   /// Map of (w, z, d) over an inner step below the acceleration limit.
   const Eigen::Matrix3d& transition() const { return drive_train_.transition(); }
@@ -135,7 +131,6 @@ class WheelBelief {
   double limit_curvature_ = 0.0;  // of F along lambda, in addition to that of the prior
   WheelState x_ = WheelState::Zero();
   WheelCovariance P_ = WheelCovariance::Zero();
-  Eigen::Vector3d gain_ = Eigen::Vector3d::Zero();  // of the last measurement
   /// Response of a wheel to a ramp at the limit, with forgetting.
   struct Ramp {
     double moved = 0.0;     // sum of measured times expected changes [(rad/s)^2]

@@ -24,16 +24,17 @@ struct SensorReading {
 
 /// What the robot and its surroundings report in addition to the measurements.
 struct RobotStatus {
-  bool emergency_stop = false;  ///< a person's
-  bool robot_stopped = false;   ///< the robot's own stop is engaged
-  bool motors_off = false;      ///< the motors do not take velocity commands
-  bool driver_fault = false;    ///< a motor driver reports a fault
-  bool contended = false;       ///< an unexpected node publishes commands
-  bool graph_checked = true;    ///< publishers of commands are known, and the emergency stop is connected
-  bool ending = false;          ///< the controller ends
-  bool rivals = false;          ///< more than one node publishes set points, unexpectedly
-  bool disabled = false;        ///< a person holds the controller at rest
-  bool unheard = false;         ///< a topic of the commands has no subscriber: they do not reach the motors
+  bool emergency_stop = false;       ///< a person's
+  bool robot_stopped = false;        ///< the robot's own stop is engaged
+  bool motors_off = false;           ///< the motors do not take velocity commands
+  bool driver_fault = false;         ///< a motor driver reports a fault
+  bool contended = false;            ///< an unexpected node publishes commands
+  bool graph_checked = true;         ///< publishers of commands are known, those of the emergency stop connected
+  bool ending = false;               ///< the controller ends
+  bool rivals = false;               ///< more than one node publishes set points, unexpectedly
+  bool disabled = false;             ///< a person holds the controller at rest
+  bool no_subscriber = false;        ///< a topic of the commands has no subscriber: they do not reach the motors
+  bool set_points_connected = true;  ///< publishers of set points are connected: without any it is a pause
 };
 
 /// DriveLoop::updateBelief().

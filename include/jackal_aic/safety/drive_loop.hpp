@@ -16,6 +16,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -165,10 +166,15 @@ class DriveLoop {
   /// belief, and must not call the loop.
   void listen(std::function<void(const DriveInput&)> listener) { listener_ = std::move(listener); }
 
-  DriveLoopStatus status() const;                                         ///< of now
-  const VelocityController& controller() const { return *controller_; }   ///< the controller
-  const PredictiveController* predictive() const { return predictive_; }  ///< if predictive, else nullptr
-  const SetPoint& setPoint() const { return set_point_; }                 ///< in force
+  DriveLoopStatus status() const;                                              ///< of now
+  const VelocityController& controller() const { return *controller_; }        ///< the controller
+  const PredictiveController* predictive() const { return predictive_; }       ///< if predictive, else nullptr
+  const SetPoint& setPoint() const { return set_point_; }                      ///< in force
+  const GeometryParameters& geometry() const { return parameters_.geometry; }  ///< as configured
+
+  /// Body velocity by the last wheel speeds, and by the last gyro sample, since the start; NaN without one.
+  const BodyVector& measuredVelocity() const { return measured_; }
+
   const WheelCommand& action() const { return action_; }    ///< of the last action step, before the limits [rad/s]
   WheelCommand command() const { return gate_.command(); }  ///< of the last action step [rad/s]
   const FaultReport* faultReport() const { return measurements_.report(); }  ///< empty without fault detection
@@ -177,6 +183,7 @@ class DriveLoop {
 
  private:
   static constexpr int kBack = 5;  // messages in time that end a silence
+  static inline const BodyVector kNotMeasured = BodyVector::Constant(std::numeric_limits<double>::quiet_NaN());
 
   struct Arrival {
     double stamp = 0.0;         // s
@@ -230,6 +237,7 @@ class DriveLoop {
   double unasked_for_ = 0.0;  // of action steps since the start, without any set point [s]
   Arrival wheels_;
   Arrival imu_;
+  BodyVector measured_ = kNotMeasured;
   Arrival feedback_;
   Arrival measurement_;          // the last accepted by the controller
   double go_on_since_ = kNever;  // since when both sources have sent without a measurement [s]

@@ -17,6 +17,9 @@ namespace {
 /// Wall time between looks, and until everything is checked [s].
 constexpr double kPeriod = 0.5, kFirstPeriod = 0.1;
 
+/// Wall time in which a connected publisher is heard [s]: roscpp counts a connection before the publisher answers it.
+constexpr double kArrival = 0.5;
+
 bool ask(const char* question, const std::string& about, XmlRpc::XmlRpcValue& answer) {
   XmlRpc::XmlRpcValue request, response;
   request[0] = ros::this_node::getName();
@@ -51,11 +54,12 @@ std::vector<std::string> publishers(XmlRpc::XmlRpcValue& topics, const std::stri
 }  // namespace
 
 void OtherPublishers::watch(ros::NodeHandle node, bool until_checked) {
-  look();  // without a publisher of the emergency stop there is no wait
+  look();  // without a publisher of an input there is no wait
   timer_ = node.createWallTimer(ros::WallDuration(kFirstPeriod), [this, until_checked](const ros::WallTimerEvent&) {
     look();
-    if (checked_) timer_.setPeriod(ros::WallDuration(kPeriod));
-    if (checked_ && until_checked) timer_.stop();
+    const bool checked = emergency_stop_.connected && set_points_.connected;
+    if (checked) timer_.setPeriod(ros::WallDuration(kPeriod));
+    if (checked && until_checked) timer_.stop();
   });
 }
 
@@ -63,30 +67,38 @@ void OtherPublishers::look() {
   XmlRpc::XmlRpcValue state;
   master_reachable_ = ask("getSystemState", "", state);
   if (!master_reachable_) return;
-  std::vector<std::string> contenders, stops;
+  std::vector<std::string> contenders, stops, wishes;
   for (const std::string& topic : commands_) {
     for (const std::string& node : publishers(state[0], topic)) contenders.push_back(node + " on " + topic);
   }
-  if (emergency_stop_ != nullptr) stops = publishers(state[0], emergency_stop_->getTopic());
-  // What a publisher latched comes right after its connection, which counts before: at the next look it has come.
-  const bool connected = stops.empty() || emergency_stop_->getNumPublishers() >= stops.size();
-  const bool checked = checked_ || (connected && (connected_ || stops.empty()));
-  connected_ = connected;
+  const auto connect = [&state](Input& input, std::vector<std::string>& sources) {
+    if (input.connected) return true;
+    const ros::WallTime now = ros::WallTime::now();
+    for (const ros::Subscriber& subscriber : input.subscribers) {
+      const auto nodes = publishers(state[0], subscriber.getTopic());
+      for (const std::string& node : nodes) sources.push_back(node + " on " + subscriber.getTopic());
+      if (subscriber.getNumPublishers() < nodes.size()) input.unconnected = now;
+    }
+    return sources.empty() || (now - input.unconnected).toSec() > kArrival;
+  };
+  const bool stop_connected = connect(emergency_stop_, stops);
+  const bool set_points_connected = connect(set_points_, wishes);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     text_ = !contenders.empty()
                 ? fmt::format("{}; remap the commands of one of the two (launch/jackal.launch says how)",
                               fmt::join(contenders, ", "))
-            : checked ? ""
-                      : fmt::format("waits for {} on {}", fmt::join(stops, " and "), emergency_stop_->getTopic());
+            : stop_connected ? ""
+                             : fmt::format("waits for {}", fmt::join(stops, " and "));
   }
   // Set after the names: the flag is read without a lock, and then the names are complete.
   contended_ = !contenders.empty();
-  checked_ = checked;
+  emergency_stop_.connected = stop_connected;
+  set_points_.connected = set_points_connected;
 }
 
 std::string OtherPublishers::text() const {
-  if (checked_ && !contended_) return "";  // without a lock
+  if (checked() && !contended_) return "";  // without a lock
   const std::lock_guard<std::mutex> lock(mutex_);
   return text_;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Other publishers in the ROS graph: of our commands, and of the emergency stop.
+/// Other publishers in the ROS graph: of our commands, and of the inputs that are heard before the robot drives.
 
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
@@ -12,24 +12,32 @@
 #include <string>
 #include <vector>
 
+#include "inputs/set_points.hpp"
+
 namespace jackal_aic {
 
 /// Asks the master who publishes on given topics. A node that has died does not count, although the master lists it.
 /// While the master cannot be reached the last answer stands.
 class OtherPublishers {
  public:
-  /// @param commands topics of our commands, resolved names; empty: any node may publish there; @param emergency_stop
-  /// has to be connected to each of its publishers before the robot drives; it has to outlive this.
-  OtherPublishers(std::vector<std::string> commands, const ros::Subscriber* emergency_stop)
-      : commands_(std::move(commands)), emergency_stop_(emergency_stop) {}
+  /// @param commands topics of our commands, resolved names; empty: any node may publish there; @param emergency_stop,
+  /// set_points inputs: before their publishers are connected, silence says nothing.
+  OtherPublishers(std::vector<std::string> commands, const ros::Subscriber& emergency_stop,
+                  const SetPointSource& set_points)
+      : commands_(std::move(commands)),
+        emergency_stop_({emergency_stop}),
+        set_points_({set_points.plain(), set_points.stamped()}) {}
 
   /// Asks, and asks again and again in the thread of a node handle, which waits for the answers: not one that drives.
-  /// @param until_checked ends once checked() holds, for an owner that needs nothing else of this.
+  /// @param until_checked ends once checked() and setPointsConnected() hold, for an owner that needs nothing else.
   void watch(ros::NodeHandle node, bool until_checked = false);
 
-  /// True once the master has answered and every publisher of the emergency stop is connected: its latched message has
-  /// then arrived.
-  bool checked() const { return checked_; }
+  /// True once the master has answered and every publisher of the emergency stop is connected, for long enough that
+  /// what it latched has arrived.
+  bool checked() const { return emergency_stop_.connected; }
+
+  /// The same of the set points, which a publisher sends all the time.
+  bool setPointsConnected() const { return set_points_.connected; }
 
   /// True if the master answered last time.
   bool masterReachable() const { return master_reachable_; }
@@ -41,12 +49,18 @@ class OtherPublishers {
   std::string text() const;
 
  private:
+  /// Topics whose publishers have to be connected.
+  struct Input {
+    explicit Input(std::vector<ros::Subscriber> s) : subscribers(std::move(s)) {}
+    const std::vector<ros::Subscriber> subscribers;
+    ros::WallTime unconnected = ros::WallTime::now();  // last look at which one was not connected, or the start
+    std::atomic<bool> connected{false};
+  };
+
   void look();
 
   const std::vector<std::string> commands_;
-  const ros::Subscriber* emergency_stop_;
-  bool connected_ = false;  // the emergency stop, at the last check
-  std::atomic<bool> checked_{false};
+  Input emergency_stop_, set_points_;
   std::atomic<bool> master_reachable_{true};
   std::atomic<bool> contended_{false};
   mutable std::mutex mutex_;  // of the text

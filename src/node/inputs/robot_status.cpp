@@ -56,8 +56,8 @@ AppliedCommands::AppliedCommands(ros::NodeHandle& node, const GeometryParameters
   const SkidSteerKinematics kinematics(geometry);
   twist_subscriber_ = subscribe<geometry_msgs::Twist>(
       node, "jackal_velocity_controller/cmd_vel", 10, [callback, kinematics](const geometry_msgs::Twist& twist) {
-        const auto v = setPoint(twist);
-        if (v) callback(kinematics.wheelSpeeds(v->forward, v->yaw_rate), AppliedSource::twist);
+        const SetPoint v = setPoint(twist);
+        if (v.vector().allFinite()) callback(kinematics.wheelSpeeds(v.forward, v.yaw_rate), AppliedSource::twist);
       });
 }
 

@@ -45,7 +45,7 @@ class RobotReports {
   /// Latest status; the caller adds contention and the end of the controller.
   const RobotStatus& status() const { return status_; }
 
-  /// The emergency stop: its topic, as resolved, and its publishers that are connected.
+  /// Of the emergency stop.
   const ros::Subscriber& emergencyStop() const { return subscribers_[0]; }
 
   /// Forgets the messages; the emergency stop, which is sent once, and the robot's own stop remain.

@@ -17,9 +17,6 @@ constexpr double kRivalry = 0.5;     // s of wall time within which two nodes se
 constexpr double kSameClock = 1.0;   // s; more no network delays
 constexpr double kTellPeriod = 5.0;  // s
 
-/// Set point of a Twist with a component that is not finite.
-constexpr SetPoint kNotFinite{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
-
 // "Too old" alone would suggest the network, not the sender's clock.
 void warnOfAnotherClock(const std::string& topic, double stamp) {
   const double ahead = stamp - ros::Time::now().toSec();
@@ -27,6 +24,9 @@ void warnOfAnotherClock(const std::string& topic, double stamp) {
   ROS_WARN_THROTTLE(kTellPeriod, "Set points on %s are stamped %.0f s %s this node's clock: they count as too old",
                     topic.c_str(), std::abs(ahead), ahead > 0.0 ? "ahead of" : "behind");
 }
+
+const geometry_msgs::Twist& twistOf(const geometry_msgs::Twist& message) { return message; }
+const geometry_msgs::Twist& twistOf(const geometry_msgs::TwistStamped& message) { return message.twist; }
 
 template <class Message, class Callback>
 ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Callback callback) {
@@ -36,23 +36,19 @@ ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, std::
 
 }  // namespace
 
-std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message) {
+SetPoint setPoint(const geometry_msgs::Twist& message) {
   const auto& v = message.linear;
   const auto& w = message.angular;
-  for (double value : {v.x, v.y, v.z, w.x, w.y, w.z}) {
-    if (!std::isfinite(value)) return std::nullopt;
-  }
-  return SetPoint{v.x, 0.0, w.z};
+  const bool finite = std::isfinite(v.x + v.y + v.z + w.x + w.y + w.z);
+  return {finite ? v.x : std::numeric_limits<double>::quiet_NaN(), 0.0, w.z};
 }
 
-ReceivedSetPoint receivedSetPoint(const geometry_msgs::Twist& message) {
-  return {setPoint(message).value_or(kNotFinite), std::nullopt, message.linear.y};
-}
+SetPointInput setPointInput(const geometry_msgs::Twist& message) { return {setPoint(message), std::nullopt}; }
 
-ReceivedSetPoint receivedSetPoint(const geometry_msgs::TwistStamped& message) {
-  ReceivedSetPoint received = receivedSetPoint(message.twist);
-  if (!message.header.stamp.isZero()) received.stamp = message.header.stamp.toSec();
-  return received;
+SetPointInput setPointInput(const geometry_msgs::TwistStamped& message) {
+  SetPointInput input = setPointInput(message.twist);
+  if (!message.header.stamp.isZero()) input.stamp = message.header.stamp.toSec();
+  return input;
 }
 
 SetPointSource::SetPointSource(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take)
@@ -83,9 +79,12 @@ template <class Message>
 void SetPointSource::take(const ros::MessageEvent<const Message>& event) {
   if (event.getPublisherName() != sender_.name) other_ = sender_;
   sender_ = {event.getPublisherName(), ros::WallTime::now()};
-  const ReceivedSetPoint received = receivedSetPoint(*event.getConstMessage());
-  if (received.stamp) warnOfAnotherClock(stamped_.getTopic(), *received.stamp);
-  take_(received);
+  const SetPointInput input = setPointInput(*event.getConstMessage());
+  if (input.stamp) warnOfAnotherClock(stamped_.getTopic(), *input.stamp);
+  if (twistOf(*event.getConstMessage()).linear.y != 0.0) {
+    ROS_WARN_ONCE("Set points with linear.y: ignored, because a skid-steer robot cannot drive sideways. Told once");
+  }
+  take_(input);
 }
 
 }  // namespace jackal_aic

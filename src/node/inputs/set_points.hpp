@@ -11,32 +11,25 @@
 
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "jackal_aic/model/types.hpp"
+#include "jackal_aic/safety/drive_input.hpp"
 
 namespace jackal_aic {
 
-/// Set point of a Twist (linear.x, angular.z). std::nullopt if any component is not finite. A skid-steer robot cannot
+/// Set point of a Twist (linear.x, angular.z), which is not finite if any component is not. A skid-steer robot cannot
 /// follow the other components: they are left out.
-std::optional<SetPoint> setPoint(const geometry_msgs::Twist& message);
+SetPoint setPoint(const geometry_msgs::Twist& message);
 
-/// A set point as it was sent.
-struct ReceivedSetPoint {
-  SetPoint wanted;              ///< not finite if any component is not finite
-  std::optional<double> stamp;  ///< [s]; empty if the message has none
-  double sideways = 0.0;        ///< linear.y, which is not in `wanted` [m/s]
-};
+SetPointInput setPointInput(const geometry_msgs::Twist& message);         ///< without a stamp
+SetPointInput setPointInput(const geometry_msgs::TwistStamped& message);  ///< a stamp of zero is unset
 
-ReceivedSetPoint receivedSetPoint(const geometry_msgs::Twist& message);         ///< without a stamp
-ReceivedSetPoint receivedSetPoint(const geometry_msgs::TwistStamped& message);  ///< a stamp of zero is unset
-
-/// Subscribes to both topics, and reports stamps by another clock. All calls in the thread of the callbacks.
+/// Subscribes to both topics, and reports stamps by another clock and speeds to the side. All calls in the thread of
+/// the callbacks.
 class SetPointSource {
  public:
-  using Take = std::function<void(const ReceivedSetPoint&)>;
+  using Take = std::function<void(const SetPointInput&)>;
 
   /// @param topic of the Twist, in the namespace of `node`; @param queue messages that may wait; @param take called
   /// with each.
@@ -49,6 +42,9 @@ class SetPointSource {
   void requireForeign(const std::vector<std::string>& ours) const;
 
   std::string topic() const { return plain_.getTopic(); }  ///< of the Twist, as resolved and remapped
+
+  const ros::Subscriber& plain() const { return plain_; }      ///< of the Twist
+  const ros::Subscriber& stamped() const { return stamped_; }  ///< of the TwistStamped
 
   /// Connected publishers.
   std::uint32_t publishers() const { return plain_.getNumPublishers() + stamped_.getNumPublishers(); }

@@ -8,7 +8,6 @@
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -36,9 +35,6 @@ class CommandOutput {
 
   /// Names the topic without a subscriber; empty if each has one. Thread-safe.
   std::string complaint() const;
-
-  /// Subscribers of the first topic.
-  std::uint32_t subscribers() const { return publishers_.front().getNumSubscribers(); }
 
   /// Publishes wheel speeds [rad/s].
   void publish(const WheelCommand& command);

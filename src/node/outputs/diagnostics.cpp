@@ -173,12 +173,13 @@ void StatusReport::diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& s
 }
 
 void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing,
-                            const std::string& unheard) const {
+                            const std::string& no_subscriber) const {
   diagnoseStatus(status, missing);
-  if (!unheard.empty()) {
+  if (!no_subscriber.empty()) {
     // Commands without a subscriber drive nothing, and resting motors would look like a hand-over.
     const bool drives = status_.decision.status == DriveStatus::driving && status.level == status.OK;
-    status.mergeSummary(status.WARN, drives || status.level != status.OK ? unheard : status.message + "; " + unheard);
+    status.mergeSummary(status.WARN,
+                        drives || status.level != status.OK ? no_subscriber : status.message + "; " + no_subscriber);
   }
   status.add("Rejected set points", status_.rejected_set_points);
   status.add("Set points beyond the limits", status_.scaled_set_points);
@@ -204,8 +205,8 @@ void DiagnosticsOutput::announce() {
     ready_logged_ = true;
     ROS_INFO("Ready (%s). Waiting for set points on %s", controller_.c_str(), set_point_topic_.c_str());
   }
-  if (ready_logged_ || missing_told_ || (ros::WallTime::now() - started_).toSec() < kSensorPatience) return;
-  missing_told_ = true;
+  if (ready_logged_ || missing_logged_ || (ros::WallTime::now() - started_).toSec() < kSensorPatience) return;
+  missing_logged_ = true;
   const bool no_wheels = missing.hasAny({StopCause::wheels_missing});
   const bool no_imu = missing.hasAny({StopCause::imu_missing});
   ROS_WARN("No %s yet: start the robot's bringup, or the simulation, first",
@@ -214,9 +215,9 @@ void DiagnosticsOutput::announce() {
                                : "IMU data (imu/data)");
 }
 
-void DiagnosticsOutput::publish(const std::string& unheard) {
-  if (unheard.empty()) heard_ = ros::WallTime::now();
-  unheard_ = unheard;
+void DiagnosticsOutput::publish(const std::string& no_subscriber) {
+  if (no_subscriber.empty()) connected_ = ros::WallTime::now();
+  no_subscriber_ = no_subscriber;
   report_.settle();
   bool changed = false;
   looks_.consume_all([&](const Look& look) {
@@ -230,9 +231,9 @@ void DiagnosticsOutput::publish(const std::string& unheard) {
 }
 
 void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  const bool lasted = (ros::WallTime::now() - heard_).toSec() > kConnection;
+  const bool lasted = (ros::WallTime::now() - connected_).toSec() > kConnection;
   const Look look = reported_.value_or(Look{});
-  report_.diagnose(status, look.missing, lasted ? unheard_ : "");
+  report_.diagnose(status, look.missing, lasted ? no_subscriber_ : "");
   status.add("Rejected measurements", look.rejected_measurements);
   status.add("Master reachable", look.master_reachable ? "yes" : "no");
   status.add("Free energy", look.free_energy);

@@ -37,10 +37,10 @@ class StatusReport {
   const std::string& reason() const { return reason_; }
 
   /// Level, reason and counters of the last update. @param missing sources without a message since the start
-  /// (wheels_missing, imu_missing), reported while it is idle. @param unheard text if the commands have no subscriber;
-  /// else empty.
+  /// (wheels_missing, imu_missing), reported while it is idle. @param no_subscriber text if the commands have no
+  /// subscriber; else empty.
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing = {},
-                const std::string& unheard = {}) const;
+                const std::string& no_subscriber = {}) const;
 
  private:
   void logDecision(const DriveLoopStatus& before);
@@ -83,8 +83,8 @@ class DiagnosticsOutput {
   void look(const Look& look) { looks_.push(look); }
 
   /// In the other thread: logs changes, and publishes periodically and after changes.
-  /// @param unheard as in StatusReport::diagnose(); it is reported when it has lasted.
-  void publish(const std::string& unheard);
+  /// @param no_subscriber as in StatusReport::diagnose(); it is reported when it has lasted.
+  void publish(const std::string& no_subscriber);
 
  private:
   void announce();
@@ -97,11 +97,11 @@ class DiagnosticsOutput {
   std::string set_point_topic_;
   ros::WallTime started_ = ros::WallTime::now();
   bool ready_logged_ = false;
-  bool missing_told_ = false;
+  bool missing_logged_ = false;
   StatusReport report_;
   std::optional<Look> reported_;
-  std::string unheard_;
-  ros::WallTime heard_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
+  std::string no_subscriber_;
+  ros::WallTime connected_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
   diagnostic_updater::Updater updater_;
 };
 

@@ -11,7 +11,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kRecorderComes = 20.0;        // kept before the first recorder [s]
-constexpr double kInputRate = 1400.0;          // the belief's 1 kHz, three times 50 Hz of sensors, actions and the rest
+constexpr double kInputRate = 800.0;           // twice 50 Hz of sensors, their pairs, feedback, commands and actions
 constexpr double kConfigurationPeriod = 10.0;  // s
 constexpr std::uint32_t kQueue = 100;          // messages: 2 s of a busy recorder
 
@@ -73,7 +73,7 @@ struct Values {
   void operator()(StatusInput& input) const {
     RobotStatus& s = input.status;
     a(s.emergency_stop, s.robot_stopped, s.motors_off, s.driver_fault, s.contended, s.graph_checked, s.ending, s.rivals,
-      s.disabled, s.unheard);
+      s.disabled, s.no_subscriber, s.set_points_connected);
   }
   void operator()(AppliedInput& input) const { a(input.command.left, input.command.right, input.source); }
   void operator()(LearningInput& input) const { a(input.frozen); }

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "outputs/commands.hpp"
 #include "outputs/odometry_output.hpp"
 
 namespace jackal_aic {
@@ -68,19 +69,18 @@ const char* statusName(const ControllerState& state) {
   return kStatuses.at(state.status);
 }
 
-void fillState(const DriveLoop& loop, const GeometryParameters& geometry, const BodyVector& measured,
-               const ros::Time& stamp, ControllerState& message) {
+void fillState(const DriveLoop& loop, const ros::Time& stamp, ControllerState& message) {
   const DriveLoopStatus& status = loop.status();
   message.header.stamp = stamp;
   message.structure = ControllerState::THESIS;
   message.status = static_cast<std::uint8_t>(status.decision.status);
   message.set_point_forward = loop.setPoint().forward;
   message.set_point_yaw_rate = loop.setPoint().yaw_rate;
-  message.measured_forward = measured(kForward);
-  message.measured_yaw_rate = measured(kYaw);
+  message.measured_forward = loop.measuredVelocity()(kForward);
+  message.measured_yaw_rate = loop.measuredVelocity()(kYaw);
   message.free_energy = loop.controller().freeEnergy();
-  message.effective_track = geometry.effective_track;
-  message.slip_factor = geometry.slip_factor;
+  message.effective_track = loop.geometry().effective_track;
+  message.slip_factor = loop.geometry().slip_factor;
   message.action_left = loop.action().left;
   message.action_right = loop.action().right;
   message.command_left = loop.command().left;
@@ -92,15 +92,15 @@ void fillState(const DriveLoop& loop, const GeometryParameters& geometry, const 
 }
 
 void addRemarks(const StateRemarks& remarks, const std::string& frame, ControllerState& message) {
-  const bool driven = (message.command_left != 0.0 || message.command_right != 0.0) && remarks.unheard.empty();
+  const bool driven = (message.command_left != 0.0 || message.command_right != 0.0) && remarks.no_subscriber.empty();
   message.header.frame_id = frame;
   message.driven_by = remarks.by_another ? ControllerState::BY_ANOTHER
                       : driven           ? ControllerState::BY_US
                                          : ControllerState::BY_NOBODY;
   message.summary = summary(message);
   message.reason = remarks.reason;
-  if (!remarks.unheard.empty() && message.status == ControllerState::DRIVING) {
-    message.reason += (message.reason.empty() ? "" : "; ") + remarks.unheard;
+  if (!remarks.no_subscriber.empty() && message.status == ControllerState::DRIVING) {
+    message.reason += (message.reason.empty() ? "" : "; ") + remarks.no_subscriber;
   }
   message.rejected_measurements += remarks.rejected;
 }
@@ -116,17 +116,14 @@ SensorGeneralized sensorMessage(const GeneralizedSensor& measurement) {
 }
 
 geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller) {
-  const BodyVector belief = controller.believedVelocity();
   geometry_msgs::TwistWithCovarianceStamped message;
-  message.twist.twist.linear.x = belief(kForward);
-  message.twist.twist.angular.z = belief(kYaw);
+  message.twist.twist = twistMessage(controller.believedVelocity());
   fillMotionCovariance(controller.motionCovariance(), kUnknownVariance, message.twist.covariance);
   return message;
 }
 
 StateOutput::StateOutput(ros::NodeHandle& node, const NodeParameters& parameters, const DriveLoop& loop)
     : frame_(parameters.robot.base_frame),
-      geometry_(parameters.geometry),
       loop_(loop),
       measurement_publisher_(node.advertise<SensorGeneralized>("sensor_generalized", 10)),
       state_publisher_(node.advertise<ControllerState>("jackal_AIC/state", 10)) {
@@ -145,9 +142,9 @@ void StateOutput::publishMeasurement(const ros::Time& stamp) {
   measurement_publisher_.publish(message);
 }
 
-void StateOutput::publish(const BodyVector& measured, const ros::Time& stamp, const StateRemarks& remarks) {
+void StateOutput::publish(const ros::Time& stamp, const StateRemarks& remarks) {
   ControllerState message;
-  fillState(loop_, geometry_, measured, stamp, message);
+  fillState(loop_, stamp, message);
   addRemarks(remarks, frame_, message);
   state_publisher_.publish(message);
   if (loop_.predictive() == nullptr) return;

@@ -12,7 +12,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <limits>
 #include <string>
 
 #include "jackal_aic/safety/drive_loop.hpp"
@@ -20,18 +19,13 @@
 
 namespace jackal_aic {
 
-/// Measurement before the first messages.
-inline const BodyVector kNotMeasured = BodyVector::Constant(std::numeric_limits<double>::quiet_NaN());
-
 /// Fills in the state of the loop. Does not lock; allocates only if the message had other orders before.
-/// @param geometry as configured; @param measured by the wheels, and the gyro; NaN: not yet.
-void fillState(const DriveLoop& loop, const GeometryParameters& geometry, const BodyVector& measured,
-               const ros::Time& stamp, ControllerState& message);
+void fillState(const DriveLoop& loop, const ros::Time& stamp, ControllerState& message);
 
 /// Part of the state that the loop does not know.
 struct StateRemarks {
   std::string reason;          ///< why the robot is not driven, reason(DriveLoopStatus)
-  std::string unheard;         ///< says that the commands have no subscriber; empty: they have one
+  std::string no_subscriber;   ///< says that the commands have no subscriber; empty: they have one
   bool by_another = false;     ///< another node has the motors
   std::uint32_t rejected = 0;  ///< messages of sensors that the loop has not seen
 };
@@ -58,12 +52,11 @@ class StateOutput {
   /// The last measurement of the controller. @param stamp of its message.
   void publishMeasurement(const ros::Time& stamp);
 
-  /// The state after an action update, and the belief. @param measured as fillState().
-  void publish(const BodyVector& measured, const ros::Time& stamp, const StateRemarks& remarks);
+  /// The state after an action update, and the belief.
+  void publish(const ros::Time& stamp, const StateRemarks& remarks);
 
  private:
   std::string frame_;
-  GeometryParameters geometry_;
   const DriveLoop& loop_;
   ros::Publisher measurement_publisher_;
   ros::Publisher state_publisher_;

@@ -188,6 +188,8 @@ std::unique_ptr<LiveParameterServer> serveLiveParameters(const ros::NodeHandle& 
   if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller)) {
     return std::make_unique<PredictiveServer>(node, parameters, *gains, loop);
   }
+  // A robot's file may name it with any preset.
+  if (!parameters.slip_file.empty()) ROS_WARN("slip.file is not used: only preset:=predictive learns");
   if (const auto* gains = std::get_if<ControllerParameters>(&parameters.controller)) {
     return std::make_unique<ThesisServer>(node, parameters, *gains, loop);
   }

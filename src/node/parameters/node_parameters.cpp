@@ -203,9 +203,7 @@ NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
   requireFrame("robot.base_frame", parameters.robot.base_frame);
   requireFrame("odometry.frame", parameters.odometry.frame);
   parameters.robot_name = robotName(map);
-  // The robot's file may name it with any preset; only the predictive structure learns.
-  const std::string slip_file = readSlipFile(map);
-  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) parameters.slip_file = slip_file;
+  parameters.slip_file = readSlipFile(map);
   return parameters;
 }
 

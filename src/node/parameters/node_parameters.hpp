@@ -66,9 +66,7 @@ struct NodeOptions {
                                               ///< /cmd_vel, or Float64 per wheel
   bool allow_other_publishers = false;        ///< drive although other nodes publish on the topics of the commands
   bool allow_multiple_set_points = false;     ///< accept set points although more than one node publishes them
-  bool belief_timer = true;  ///< run the beliefs at their own rate; false: only when a measurement, a set point or an
-                             ///< action needs them, which gives the same numbers for less CPU time
-  bool publish_inputs = false;  ///< publish every input of the controller, for an exact replay
+  bool publish_inputs = false;                ///< publish every input of the controller, for an exact replay
   std::string preset;           ///< name of the preset, for the log and the tools; set by the launch files
   std::string parameter_files;  ///< sources of the parameters, for the log
 };
@@ -79,7 +77,6 @@ void describeFields(Visitor& v, NodeOptions& p) {
   v.field("output", p.output, kOutputModeNames, Presence::optional);
   v.field("allow_other_publishers", p.allow_other_publishers, Presence::optional);
   v.field("allow_multiple_set_points", p.allow_multiple_set_points, Presence::optional);
-  v.field("belief_timer", p.belief_timer, Presence::optional);
   v.field("publish_inputs", p.publish_inputs, Presence::optional);
   v.field("preset", p.preset, Presence::optional);
   v.field("parameter_files", p.parameter_files, Presence::optional);

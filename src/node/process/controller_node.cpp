@@ -37,7 +37,6 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
                                const NodeParameters& parameters)
     : node_(node),
       parameters_(parameters),
-      kinematics_(parameters.geometry),
       loop_(parameters, makeController(parameters)),
       diagnostics_(parameters.preset.empty() ? structureName(parameters) : parameters.preset,
                    node_.resolveName("jackal_AIC/set_point"), parameters.gate.deadlines.set_point),
@@ -52,10 +51,9 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       sensors_(parameters.robot, frames_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { onFeedback(stamp); }),
-      others_(parameters.allow_other_publishers ? std::vector<std::string>{} : output_.topics(),
-              &robot_.emergencyStop()),
-      set_points_(node_, "jackal_AIC/set_point", 10,
-                  [this](const ReceivedSetPoint& received) { onSetPoint(received); }),
+      set_points_(node_, "jackal_AIC/set_point", 10, [this](const SetPointInput& received) { onSetPoint(received); }),
+      others_(parameters.allow_other_publishers ? std::vector<std::string>{} : output_.topics(), robot_.emergencyStop(),
+              set_points_),
       request_thread_(1, &requests_) {
   set_points_.requireForeign(output_.topics());
   if (parameters.motors_shared) {
@@ -67,13 +65,9 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   const auto no_delay = ros::TransportHints().tcpNoDelay();
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
   imu_subscriber_ = node_.subscribe("imu/data", 50, &ControllerNode::onImu, this, no_delay);
-  const VelocityController& controller = loop_.controller();
-  const auto update_belief = [this](const ros::TimerEvent&) { loop_.updateBelief(currentTime()); };
-  if (parameters.belief_timer) {
-    belief_timer_ = node_.createTimer(ros::Duration(controller.beliefStep()), update_belief);
-  }
-  action_timer_ = node_.createTimer(ros::Duration(controller.actionStep()), &ControllerNode::onActionTimer, this);
-  setActionTimer(currentTime() + controller.actionStep());
+  const double period = loop_.controller().actionStep();
+  action_timer_ = node_.createTimer(ros::Duration(period), &ControllerNode::onActionTimer, this);
+  setActionTimer(currentTime() + period);
   // A clock that is set back stalls the action timer until the timer is set again.
   clock_timer_ =
       node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
@@ -87,14 +81,9 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   request_thread_.start();
 }
 
-void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
+void ControllerNode::onSetPoint(const SetPointInput& received) {
   const SetPointVerdict verdict = loop_.setSetPoint(received.wanted, currentTime(), received.stamp);
-  if (verdict == SetPointVerdict::accepted) {
-    if (received.sideways != 0.0) {
-      ROS_WARN_ONCE("Set points with linear.y: ignored, because a skid-steer robot cannot drive sideways. Told once");
-    }
-    return;
-  }
+  if (verdict == SetPointVerdict::accepted) return;
   const bool absurd = verdict == SetPointVerdict::absurd;
   StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
                         loop_.status().rejected_set_points);
@@ -103,19 +92,12 @@ void ControllerNode::onSetPoint(const ReceivedSetPoint& received) {
 void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addWheels(message, last_now_);
-  if (reading) {
-    const Observation& y = reading->observation;
-    measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
-  }
   take(reading, message->header.stamp, [&] { return loop_.receiveWheels(*reading, now); });
 }
 
 void ControllerNode::onImu(const sensor_msgs::ImuConstPtr& message) {
   const double now = currentTime();
   const std::optional<SensorReading> reading = sensors_.addImu(message, last_now_);
-  if (reading) {
-    measured_(kYaw) = reading->observation.yaw_rate;
-  }
   take(reading, message->header.stamp, [&] { return loop_.receiveImu(*reading, now); });
 }
 
@@ -149,7 +131,7 @@ void ControllerNode::onPair(const Observation& observation, const ros::Time& sta
 void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   const double now = currentTime();
   changes_.apply(loop_, now);
-  unheard_ = output_.complaint();
+  no_subscriber_ = output_.complaint();
   loop_.report(robotStatus(), now);
   const WheelCommand applied = loop_.command();  // until now
   const std::optional<WheelCommand> command = loop_.advance(now, action_due_);
@@ -158,8 +140,9 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   if (command) {
     // Zero would keep the robot from following the other publisher.
     if (!others_.contended() || *command != WheelCommand{}) output_.publish(*command);
-    const bool by_another = others_.contended() || loopStatus().handed_over;
-    state_.publish(measured_, last_now_, {reason(loopStatus(), contender()), unheard_, by_another, rejected_readings_});
+    const DriveLoopStatus status = loop_.status();
+    const bool by_another = others_.contended() || status.handed_over;
+    state_.publish(last_now_, {reason(status, contender()), no_subscriber_, by_another, rejected_readings_});
     odometry_.publish(applied, last_now_);
   }
   changes_.send(loop_);
@@ -176,10 +159,11 @@ RobotStatus ControllerNode::robotStatus() const {
   RobotStatus status = robot_.status();
   status.contended = others_.contended();
   status.graph_checked = others_.checked();
+  status.set_points_connected = others_.setPointsConnected();
   status.ending = ending_;
   status.disabled = !enabled_;
   status.rivals = !parameters_.allow_multiple_set_points && !set_points_.rivals().empty();
-  status.unheard = !unheard_.empty();
+  status.no_subscriber = !no_subscriber_.empty();
   return status;
 }
 
@@ -208,15 +192,7 @@ double ControllerNode::currentTime() {
   return now.toSec();
 }
 
-/// If the commands have no subscriber, motors that do not follow them are no hand-over.
-DriveLoopStatus ControllerNode::loopStatus() const {
-  DriveLoopStatus status = loop_.status();
-  status.handed_over = status.handed_over && unheard_.empty();
-  return status;
-}
-
 void ControllerNode::resetSensors() {
-  measured_ = kNotMeasured;
   sensors_.reset();
   odometry_.reset();
 }
@@ -224,10 +200,10 @@ void ControllerNode::resetSensors() {
 void ControllerNode::reportStatus() {
   StopCauses missing;
   if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which looks at none
-    missing.add(StopCause::wheels_missing, std::isnan(measured_(kForward)))
-        .add(StopCause::imu_missing, std::isnan(measured_(kYaw)));
+    missing.add(StopCause::wheels_missing, std::isnan(loop_.measuredVelocity()(kForward)))
+        .add(StopCause::imu_missing, std::isnan(loop_.measuredVelocity()(kYaw)));
   }
-  diagnostics_.look({loopStatus(), contender(), loop_.status().rejected_measurements + rejected_readings_,
+  diagnostics_.look({loop_.status(), contender(), loop_.status().rejected_measurements + rejected_readings_,
                      loop_.controller().freeEnergy(), others_.masterReachable(), missing});
 }
 

@@ -31,8 +31,8 @@
 
 namespace jackal_aic {
 
-/// Runs the drive loop on ROS time: an action timer, and unless the beliefs catch up on demand a belief timer, at their
-/// rates. All callbacks run in one thread. Changes of gains, which are certified first, and diagnostics take longer
+/// Runs the drive loop on ROS time by an action timer; the beliefs catch up with each call. All callbacks run in one
+/// thread. Changes of gains, which are certified first, and diagnostics take longer
 /// than a period: they run in another thread and hand over between two actions.
 class ControllerNode {
  public:
@@ -53,7 +53,7 @@ class ControllerNode {
   void publishStop();
 
  private:
-  void onSetPoint(const ReceivedSetPoint& received);
+  void onSetPoint(const SetPointInput& received);
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
   void onImu(const sensor_msgs::ImuConstPtr& message);
   void onFeedback(const ros::Time& stamp);
@@ -66,7 +66,6 @@ class ControllerNode {
   DriveServices::Actions serviceActions();
 
   RobotStatus robotStatus() const;
-  DriveLoopStatus loopStatus() const;
   void take(const std::optional<SensorReading>& reading, const ros::Time& stamp, const std::function<bool()>& receive);
   void resetSensors();
   void reportStatus();
@@ -74,7 +73,6 @@ class ControllerNode {
 
   ros::NodeHandle node_;
   NodeParameters parameters_;
-  SkidSteerKinematics kinematics_;
   DriveLoop loop_;
 
   // Between the driving and the serving thread.
@@ -93,19 +91,17 @@ class ControllerNode {
   SensorPairing sensors_;
   RobotReports robot_;
   std::optional<AppliedCommands> applied_;  // if another source may drive
+  SetPointSource set_points_;
   OtherPublishers others_;
-  ros::Time last_now_;   // of the last callback, to notice a clock that jumps back
-  std::string unheard_;  // CommandOutput::complaint() of the last action
+  ros::Time last_now_;         // of the last callback, to notice a clock that jumps back
+  std::string no_subscriber_;  // CommandOutput::complaint() of the last action
   std::uint32_t rejected_readings_ = 0;
-  BodyVector measured_ = kNotMeasured;  // the last by the wheels, and the gyro, since the start
   bool ending_ = false;
   bool refused_ = false;
   bool enabled_ = true;
 
-  SetPointSource set_points_;
   ros::Subscriber wheel_subscriber_;
   ros::Subscriber imu_subscriber_;
-  ros::Timer belief_timer_;  // without belief_timer, none
   ros::Timer action_timer_;
   double action_due_ = 0.0;  // time for which it is set [s]
   ros::WallTimer clock_timer_;

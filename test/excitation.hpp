@@ -7,13 +7,12 @@
 #include <cmath>
 #include <cstddef>
 
-#include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
 
-/// Bounds of the excitation. YAML prefix `excitation`.
+/// Bounds of the excitation.
 struct ExcitationParameters {
   double linear_speed = 0.6;   ///< largest forward and backward speed [m/s]
   double angular_speed = 1.0;  ///< largest yaw rate [rad/s]
@@ -21,16 +20,6 @@ struct ExcitationParameters {
   double rest = 0.8;           ///< time at rest between two speeds [s]
   int repetitions = 1;         ///< of the whole sequence
 };
-
-/// Lists the fields of ExcitationParameters with unit and range.
-template <class Visitor>
-void describeFields(Visitor& v, ExcitationParameters& p) {
-  v.field("linear_speed", p.linear_speed, {0.1, 2.0}, "m/s", Presence::optional);
-  v.field("angular_speed", p.angular_speed, {0.2, 4.0}, "rad/s", Presence::optional);
-  v.field("hold", p.hold, {0.8, 10.0}, "s", Presence::optional);
-  v.field("rest", p.rest, {0.5, 10.0}, "s", Presence::optional);
-  v.field("repetitions", p.repetitions, {1, 100}, "", Presence::optional);
-}
 
 /// Steps of half and full speed forward, backward, to the left and to the right, each from rest, so that the robot ends
 /// near its start.
