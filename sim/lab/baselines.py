@@ -12,6 +12,7 @@ import typing
 import jackal_aic
 import numpy
 import scipy.linalg
+import yaml
 
 import bounds
 import engine
@@ -22,7 +23,7 @@ from linear import PERIOD, TICKS, Flow, delay, figures as linear_figures
 MS, GAIN_MARGIN, DELAY_MARGIN = 1.6, 2.0, 0.05  # what every structure keeps: peak of the sensitivity, margins [-, s]
 DEAD_TIMES = (0.5, 1.5)  # of the robot / of the model
 DRIVEN = ('0.5 m/s', 'gain 0.8', 'gain 1.2', 'load of 0.5 rad/s')
-UNSTABLE, EVALUATIONS = 5.0, 150
+UNSTABLE, EVALUATIONS, STEPS = 5.0, 150, (0.5, 0.2, 0.1)
 COLUMNS = ('structure', 'plant', 'ms_limit', 'kept', 'ms', 'gain_margin', 'delay_margin_s', 'iae_of_bound', 'noise_gain',
            'ms_half_dead_time', 'iae_half_dead_time', 'ms_longer_dead_time', 'iae_longer_dead_time', 'values')
 DRIVEN_COLUMNS = ('structure', 'plant', 'step_of_bound', 'gain_0.8_of_bound', 'gain_1.2_of_bound', 'load_of_bound')
@@ -255,22 +256,34 @@ def excess(found):
     return [min(UNSTABLE, max(-UNSTABLE, math.log(ratio))) if ratio > 0.0 else -UNSTABLE for ratio in ratios]
 
 
-def tune(name, plant):
-    """Values of a structure with the least IAE within the bounds."""
+def cost(name, plant, values):
+    """Logarithm of the IAE, and a penalty for what is beyond the bounds."""
+    found = figures(name, plant, values)
+    beyond = sum(max(0.0, value + 1e-3) for value in excess(found))
+    return (min(UNSTABLE, math.log(found['iae'])) if found['stable'] else UNSTABLE) + 1e3 * beyond
+
+
+def tune(name, plant, start, steps=STEPS, evaluations=EVALUATIONS):
+    """Values of a structure with the least IAE within the bounds, searched from a start."""
     tuned = STRUCTURES[name].tuned
     if not tuned:
         return []
-
-    def cost(logarithms):
-        found = figures(name, plant, numpy.exp(logarithms))
-        beyond = sum(max(0.0, value + 1e-3) for value in excess(found))
-        return (min(UNSTABLE, math.log(found['iae'])) if found['stable'] else UNSTABLE) + 1e3 * beyond
-
-    best = numpy.log([tunable.start for tunable in tuned])
+    best = numpy.log(start)
     low, high = (numpy.log([getattr(tunable, end) for tunable in tuned]) for end in ('low', 'high'))
-    for step in (0.5, 0.2, 0.1):  # restarts at the best, because a simplex becomes flat along a bound
-        best, _ = search.descend(cost, best, low, high, step, EVALUATIONS, 1e-3)
+    for step in steps:  # restarts at the best, because a simplex becomes flat along a bound
+        best, _ = search.descend(lambda x: cost(name, plant, numpy.exp(x)), best, low, high, step, evaluations, 1e-3)
     return numpy.exp(best).tolist()
+
+
+def searched(item):
+    """Values of a structure on a plant by the whole search."""
+    return tune(*item, [tunable.start for tunable in STRUCTURES[item[0]].tuned])
+
+
+def kept(name, plant):
+    """Values that the search found once."""
+    found = engine.read_yaml('sim/lab/baselines.yaml')[plant].get(name, {})
+    return [found[tunable.name] for tunable in STRUCTURES[name].tuned]
 
 
 def driven(name, plant, values, case):
@@ -285,9 +298,8 @@ def driven(name, plant, values, case):
 
 
 def row(item):
-    """A row of each table: a structure on a plant."""
-    name, plant = item
-    values = tune(name, plant)
+    """A row of each table: a structure on a plant with its tuned values."""
+    name, plant, values = item
     found = figures(name, plant, values)
     front = {'structure': name, 'plant': plant, 'ms_limit': MS, 'kept': int(max(excess(found)) <= 0.0), 'ms': found['peak_sensitivity'],
              'gain_margin': found['gain_margin'], 'delay_margin_s': found['delay_margin'],
@@ -301,7 +313,24 @@ def row(item):
     return front, dict(zip(DRIVEN_COLUMNS, [name, plant] + [driven(name, plant, values, cases[case]) for case in DRIVEN]))
 
 
-def write(out, jobs=0):
-    rows = engine.parallel(row, [(name, plant) for plant in engine.PLANTS for name in STRUCTURES], jobs, 'baselines')
+def gains_text(items, values):
+    """The text of sim/lab/baselines.yaml."""
+    found = {plant: {} for plant in engine.PLANTS}
+    for (name, plant), gains in zip(items, values):
+        if gains:
+            found[plant][name] = {tunable.name: float('{:.6g}'.format(gain)) for tunable, gain in zip(STRUCTURES[name].tuned, gains)}
+    head = '# Gains of the structures of baselines.py on each plant, as `experiments baselines --search --out DIR` finds them.\n'
+    return head + yaml.safe_dump(found, sort_keys=False, default_flow_style=None, width=120)
+
+
+def write(out, search_gains=False, jobs=0):
+    """search_gains: by the whole search, and writes them, too; else those that are kept."""
+    out, items = engine.directory(out), [(name, plant) for plant in engine.PLANTS for name in STRUCTURES]
+    if search_gains:
+        values = engine.parallel(searched, items, jobs, 'tuning')
+        engine.write(out / 'baselines.yaml', gains_text(items, values))
+    else:
+        values = [kept(*item) for item in items]
+    rows = engine.parallel(row, [(*item, found) for item, found in zip(items, values)], jobs, 'baselines')
     engine.save(out, 'baselines.csv', [front for front, _ in rows], COLUMNS)
     engine.save(out, 'baselines_driven.csv', [driven for _, driven in rows], DRIVEN_COLUMNS)

@@ -18,6 +18,7 @@ any preparation before t_1 costs as much under the opposite disturbance, and aft
 This table has no noise, which would only add to both sides.
 """
 
+import functools
 import math
 import typing
 
@@ -98,6 +99,7 @@ def mean_over_moments(figure):
     return sum(figure(motions.REST + SETTLED + moment, moment) for moment in MOMENTS) / len(MOMENTS)
 
 
+@functools.lru_cache(maxsize=None)
 def bound(plant, case):
     if not case.fault:
         return least_settling(plant, case)

@@ -31,10 +31,6 @@ class Draws:
         x ^= (x << 37) & 0xFFF7EEE000000000
         return x ^ (x >> 43)
 
-    def uniform(self, low, high):
-        """As std::uniform_real_distribution."""
-        return float(self.word()) * 2.0**-64 * (high - low) + low
-
     def between(self, low, high):
         """Of 53 bits."""
         return low + (high - low) * float(self.word() >> 11) * 2.0**-53
@@ -42,10 +38,6 @@ class Draws:
     def below(self, count):
         """A whole number from 0 to count - 1."""
         return self.word() % count
-
-    def index(self, count):
-        """As std::uniform_int_distribution of libstdc++ 11 and later, without the rejections that happen once in 2^60."""
-        return (self.word() * count) >> 64
 
     def one_of(self, values):
         return values[self.below(len(values))]

@@ -11,6 +11,7 @@ import signal
 import sys
 
 import jackal_aic
+import numpy
 import tqdm
 import yaml
 
@@ -30,14 +31,15 @@ TRACE_COLUMNS = ('run', 'label', 'time_s', 'set_point_mps', 'velocity_mps', 'mea
 TRACE_STEP = 0.01  # s
 
 
+@functools.lru_cache(maxsize=None)
 def read_yaml(path):
+    """A YAML file of the package, read once."""
     try:
         return yaml.safe_load((PACKAGE / path).read_text())
     except (OSError, yaml.YAMLError) as error:
         raise ValueError('{}: {}'.format(path, error)) from error
 
 
-@functools.lru_cache(maxsize=None)
 def bars():
     """The bars, by study and figure."""
     return read_yaml('sim/lab/acceptance.yaml')
@@ -154,13 +156,8 @@ def trace_rows(run, label, drive):
     series = (drive.time, drive.set_speed, drive.speed, drive.measured_speed, drive.believed_speed if believed else nothing,
               drive.set_yaw_rate, drive.yaw_rate, drive.measured_yaw_rate, drive.believed_yaw_rate if believed else nothing,
               drive.command_left, drive.command_right)
-    due, rows = 0.0, []
-    for i, time in enumerate(drive.time.tolist()):
-        if time < due - 0.5 * motions.TICK:
-            continue
-        due = time + TRACE_STEP
-        rows.append([str(run), label] + [number(values[i]) for values in series])
-    return rows
+    due = numpy.flatnonzero(numpy.diff(numpy.floor((drive.time + 0.5 * motions.TICK) / TRACE_STEP), prepend=-1.0))
+    return [[str(run), label] + [number(values[i]) for values in series] for i in due]
 
 
 def directory(path):

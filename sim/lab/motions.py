@@ -72,9 +72,9 @@ def cycle(seed=1, segments=20, forward=1.0, yaw_rate=1.0, shortest=1.0, longest=
     """Segments of constant set point, drawn: a third of them straight, a sixth turning in place. No step is assessed."""
     draw, points, time = Draws(seed), [], REST
     for i in range(segments):
-        v, w = draw.uniform(-forward, forward), draw.uniform(-yaw_rate, yaw_rate)
+        v, w = draw.between(-forward, forward), draw.between(-yaw_rate, yaw_rate)
         points.append((time, 0.0 if i % 6 == 2 else v, 0.0 if i % 3 == 0 else w))
-        time += TICK * float(round(draw.uniform(shortest, longest) / TICK))
+        time += TICK * float(round(draw.between(shortest, longest) / TICK))
     return Motion(tuple(points), time)
 
 

@@ -118,5 +118,8 @@ def consistency_rows(plant, seeds, jobs=0):
 def write(out, jobs=0):
     items = [(controller, name, ground) for controller in ('predictive', 'improved') for name in DRIVES for ground in GROUNDS]
     engine.save(out, 'odometry.csv', engine.parallel(row, items, jobs, 'odometry'), COLUMNS)
+
+
+def write_belief(out, jobs=0):
     rows = [found for plant in ('box', 'ground', 'real', 'drawn') for found in consistency_rows(plant, range(1, SEEDS + 1), jobs)]
     engine.save(out, 'belief.csv', rows, BELIEF_COLUMNS)

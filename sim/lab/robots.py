@@ -28,7 +28,7 @@ def rounded(value):
 def reality(seed):
     """A robot on some ground, as overrides of `real`."""
     draw = Draws(seed)
-    robot = {'plant.' + key: rounded(draw.uniform(low, high)) for key, low, high in REALITY}
+    robot = {'plant.' + key: rounded(draw.between(low, high)) for key, low, high in REALITY}
     robot['plant.encoder_step'] = draw.one_of(ENCODER_STEPS)
     robot['plant.seed'] = seed
     return robot
@@ -39,11 +39,11 @@ def soft_motor_turn(seed):
     draw, robot = Draws(seed), {}
 
     def set_evenly(key, low, high, divisor=1.0):
-        value = draw.uniform(low, high)
+        value = draw.between(low, high)
         robot['plant.' + key] = rounded(value / divisor)
         return value
 
-    yaw_rate = draw.uniform(0.3, 1.5)
+    yaw_rate = draw.between(0.3, 1.5)
     proportional = set_evenly('velocity_loop_stiffness', 3.0, 4.0)
     set_evenly('velocity_loop_integral', 25.0, 30.0, proportional)
     set_evenly('torque_limit', 3.0, 20.0)

@@ -50,18 +50,10 @@ void driveClosedLoop(JackalPlant& plant, DriveLoop& drive, const SetPointProfile
   const double ahead = takeLead(plant, drive, loop.phase);
   const std::int64_t steps = profile.plantSteps();
   WheelCommand command;
-  auto friction = profile.friction_changes.begin();
-  auto motor = profile.motor_changes.begin();
   for (std::int64_t k = 0; k < steps; ++k, plant.step()) {
     const double now = plant.time() - ahead;
     const SetPoint set_point = profile.at(now);
     drive.setSetPoint(set_point, now);
-    for (; friction != profile.friction_changes.end() && friction->time <= now + kTimeTolerance; ++friction) {
-      plant.setFriction(friction->friction);
-    }
-    for (; motor != profile.motor_changes.end() && motor->time <= now + kTimeTolerance; ++motor) {
-      plant.changeMotors(motor->gain, motor->offset);
-    }
     if (hooks.disturb) hooks.disturb(now);
     std::optional<Observation> observation;
     if (const auto& sample = plant.measurement()) {

@@ -20,7 +20,7 @@ namespace jackal_aic::sim {
 /// Rounding of times that are multiples of a step [s].
 inline constexpr double kTimeTolerance = 1e-9;
 
-/// Set points, friction and motors over time. Each set point holds from its time on; the robot rests before the first.
+/// Set points over time. Each set point holds from its time on; the robot rests before the first.
 struct SetPointProfile {
   /// A set point and the time from which it holds.
   struct Change {
@@ -29,19 +29,6 @@ struct SetPointProfile {
   };
   std::vector<Change> changes;  ///< in order of time
   double duration = 0.0;        ///< end of the last [s]
-  /// A friction coefficient of the ground and its start time.
-  struct FrictionChange {
-    double time;      ///< [s]
-    double friction;  ///< Coulomb coefficient
-  };
-  std::vector<FrictionChange> friction_changes;  ///< in order of time; the plant's own before the first
-  /// Other gain and offset of the motors, and their start time.
-  struct MotorChange {
-    double time;    ///< [s]
-    double gain;    ///< steady-state wheel speed / command
-    double offset;  ///< by which a wheel turns slower than commanded [rad/s]
-  };
-  std::vector<MotorChange> motor_changes;  ///< in order of time; the plant's own before the first
 
   /// Set point at a time [s], kTimeTolerance allowed.
   SetPoint at(double time) const;

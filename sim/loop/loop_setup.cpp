@@ -36,6 +36,9 @@ PlantParameters addPlant(const PackageFiles& files, const std::string& name, Par
   if (isFile(name)) {
     ParameterMap file;
     addYamlFile(name, file);
+    if (!file.hasSection("plant") && !file.hasSection("plant_model")) {
+      throw ParameterError(name + ": has neither plant_model.* nor plant.*: not a plant file");
+    }
     map.add(file);
     return readSimulatedRobot(file);
   }

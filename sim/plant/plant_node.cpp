@@ -18,6 +18,7 @@
 namespace jackal_aic::sim {
 namespace {
 
+constexpr double kTruthRate = 100.0;      // Hz
 constexpr double kTransformRate = 50.0;   // Hz
 constexpr double kWarningPeriod = 5.0;    // s
 constexpr std::uint32_t kQueueSize = 50;  // a second of 50 Hz messages
@@ -39,7 +40,7 @@ PlantNode::PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const s
       plant_(urdf_xml, plant_parameters),
       pacer_(parameters.real_time_factor),
       clock_schedule_(parameters.clock_rate),
-      truth_schedule_(parameters.truth_rate),
+      truth_schedule_(kTruthRate),
       transform_schedule_(kTransformRate),
       tf_prefix_(tfPrefix(private_node)) {
   advertise(node);
@@ -65,16 +66,23 @@ void PlantNode::subscribe(ros::NodeHandle& node) {
     seen_ = private_node_.subscribe("seen", kQueueSize, &PlantNode::onSeen, this, hints);
   }
   push_ = private_node_.subscribe("push", kQueueSize, &PlantNode::onPush, this, hints);
-  lift_ = private_node_.advertiseService("lift", &PlantNode::onLift, this);
-  reset_ = private_node_.advertiseService("reset", &PlantNode::onReset, this);
+  services_ = {
+      private_node_.advertiseService("reset", &PlantNode::onReset, this),
+      switchService("block_left", [this](bool blocked) { plant_.blockWheels(Side::left, blocked); }),
+      switchService("block_right", [this](bool blocked) { plant_.blockWheels(Side::right, blocked); }),
+      switchService("lift", [this](bool lifted) { plant_.lift(lifted); }),
+      switchService("pull_imu", [this](bool pulled) { imu_pulled_ = pulled; }),
+  };
+}
+
+ros::ServiceServer PlantNode::switchService(const std::string& name, const std::function<void(bool)>& set) {
   using Request = std_srvs::SetBool::Request;
   using Response = std_srvs::SetBool::Response;
-  const auto block = [this](Side side) {
-    return [this, side](Request& request, Response& response) { return onBlock(side, request, response); };
-  };
-  block_left_ = private_node_.advertiseService<Request, Response>("block_left", block(Side::left));
-  block_right_ = private_node_.advertiseService<Request, Response>("block_right", block(Side::right));
-  pull_imu_ = private_node_.advertiseService("pull_imu", &PlantNode::onPullImu, this);
+  return private_node_.advertiseService<Request, Response>(name, [set](Request& request, Response& response) {
+    set(request.data);
+    response.success = true;
+    return true;
+  });
 }
 
 bool PlantNode::goesOn() {
@@ -260,24 +268,6 @@ bool PlantNode::onReset(std_srvs::Empty::Request&, std_srvs::Empty::Response&) {
   return true;
 }
 
-bool PlantNode::onBlock(Side side, const std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  plant_.blockWheels(side, request.data);
-  response.success = true;
-  return true;
-}
-
-bool PlantNode::onPullImu(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  imu_pulled_ = request.data;
-  response.success = true;
-  return true;
-}
-
-bool PlantNode::onLift(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  plant_.lift(request.data);
-  response.success = true;
-  return true;
-}
-
 void PlantNode::onPush(const geometry_msgs::Wrench& push) {
   if (!std::isfinite(push.force.x) || !std::isfinite(push.force.y) || !std::isfinite(push.torque.z)) return;
   plant_.push(push.force.x, push.force.y, push.torque.z);
@@ -286,7 +276,7 @@ void PlantNode::onPush(const geometry_msgs::Wrench& push) {
 void PlantNode::restart() {
   pacer_.restart(plant_.time());
   clock_schedule_ = Periodic(parameters_.clock_rate);
-  truth_schedule_ = Periodic(parameters_.truth_rate);
+  truth_schedule_ = Periodic(kTruthRate);
   transform_schedule_ = Periodic(kTransformRate);
   command_ = WheelCommand{};
   mode_ = jackal_msgs::Drive::MODE_NONE;

@@ -18,6 +18,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_plant.hpp"
@@ -33,7 +34,6 @@ struct PlantNodeParameters {
   /// wakes every node: 200 Hz halve the processor time, and a controller catches up with the steps of its belief
   /// between two.
   double clock_rate = 1000.0;
-  double truth_rate = 100.0;     ///< rate of /ground_truth/odom [Hz]
   double command_timeout = 0.0;  ///< age of the last command at which the wheels stop [s]; 0: never
   /// Simulated time since the last action of the controller after which the plant waits for the next [s], for example
   /// 1.1 action periods, because the controller lengthens some periods. So a busy machine slows the simulation and does
@@ -54,7 +54,6 @@ template <class Visitor>
 void describeFields(Visitor& v, PlantNodeParameters& p) {
   v.field("real_time_factor", p.real_time_factor, {0.0, 1000.0}, "", Presence::optional);
   v.field("clock_rate", p.clock_rate, {1.0, 1000.0}, "Hz", Presence::optional);
-  v.field("truth_rate", p.truth_rate, {1.0, 1000.0}, "Hz", Presence::optional);
   v.field("command_timeout", p.command_timeout, {0.0, 3600.0}, "s", Presence::optional);
   v.field("lockstep", p.lockstep, {0.0, 1.0}, "s", Presence::optional);
   v.field("patience", p.patience, {0.0, 3600.0}, "s", Presence::optional);
@@ -108,9 +107,7 @@ class PlantNode {
   void onLeftWheel(const std_msgs::Float64& speed);
   void onRightWheel(const std_msgs::Float64& speed);
   bool onReset(std_srvs::Empty::Request& request, std_srvs::Empty::Response& response);
-  bool onBlock(Side side, const std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  bool onPullImu(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  bool onLift(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  ros::ServiceServer switchService(const std::string& name, const std::function<void(bool)>& set);
   void onPush(const geometry_msgs::Wrench& push);
   void restart();
   void drive(const WheelCommand& command, std::int8_t mode);
@@ -168,11 +165,7 @@ class PlantNode {
   ros::Subscriber left_wheel_;
   ros::Subscriber right_wheel_;
   ros::Subscriber push_;
-  ros::ServiceServer reset_;
-  ros::ServiceServer block_left_;
-  ros::ServiceServer block_right_;
-  ros::ServiceServer lift_;
-  ros::ServiceServer pull_imu_;
+  std::vector<ros::ServiceServer> services_;
 };
 
 }  // namespace jackal_aic::sim

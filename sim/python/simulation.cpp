@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
 #include <tuple>
 
 #include "bindings.hpp"
@@ -31,18 +33,24 @@ Enum enumOf(const std::array<const char*, kCount>& words, const std::string& wor
   return static_cast<Enum>(std::find(words.begin(), words.end(), word) - words.begin());
 }
 
+/// Lasting changes of ground and motors, by their time [s].
+using Changes = std::multimap<double, std::function<void(sim::JackalPlant&)>>;
+
 /// Adds a fault to those of a run; jackal_aic/_simulation.py has checked it.
-void addFault(const FaultData& data, const sim::PlantParameters& plant, sim::SetPointProfile& profile,
-              sim::Faults& faults) {
+void addFault(const FaultData& data, const sim::PlantParameters& plant, Changes& changes, sim::Faults& faults) {
   const auto& [kind, start, channel, value, duration] = data;
   const double until = start + duration;
   const bool all = channel == "all", left = all || channel == "left", right = all || channel == "right";
   if (kind == "friction") {
-    profile.friction_changes.push_back({start, value});
+    changes.emplace(start, [value = value](sim::JackalPlant& robot) { robot.setFriction(value); });
   } else if (kind == "gain") {
-    profile.motor_changes.push_back({start, value, plant.wheel_offset});
+    changes.emplace(start, [gain = value, offset = plant.wheel_offset](sim::JackalPlant& robot) {
+      robot.changeMotors(gain, offset);
+    });
   } else if (kind == "offset") {
-    profile.motor_changes.push_back({start, plant.wheel_gain, value});
+    changes.emplace(start, [gain = plant.wheel_gain, offset = value](sim::JackalPlant& robot) {
+      robot.changeMotors(gain, offset);
+    });
   } else if (kind == "blocked") {
     if (left) faults.motors.push_back({sim::Side::left, start, until});
     if (right) faults.motors.push_back({sim::Side::right, start, until});
@@ -265,16 +273,20 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
   sim::LoopSetup& setup = run.setup;
   if (monitor == false) setup.drive.faults.reset();
   sim::Faults faults;
-  for (const FaultData& fault : fault_list) addFault(fault, setup.plant, profile, faults);
-  const auto earlier = [](const auto& a, const auto& b) { return a.time < b.time; };
-  std::stable_sort(profile.friction_changes.begin(), profile.friction_changes.end(), earlier);
-  std::stable_sort(profile.motor_changes.begin(), profile.motor_changes.end(), earlier);
+  Changes lasting;
+  for (const FaultData& fault : fault_list) addFault(fault, setup.plant, lasting, faults);
 
   sim::JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop drive = run.monitor_model ? sim::monitoredLoop(setup, *run.monitor_model) : sim::makeLoop(setup);
   drive.release();
   Recorder recorder(plant, drive, setup, {samples_only, odometry});
   sim::LoopHooks hooks = sim::faultHooks(plant, faults);
+  hooks.disturb = [&plant, &lasting, faulty = hooks.disturb](double now) {
+    for (; !lasting.empty() && lasting.begin()->first <= now + sim::kTimeTolerance; lasting.erase(lasting.begin())) {
+      lasting.begin()->second(plant);
+    }
+    faulty(now);
+  };
   hooks.sensed = [&recorder](const sim::LoopStep& step) { recorder.sensed(step); };
   hooks.done = [&recorder, steps = 0](const sim::LoopStep& step) mutable {
     recorder.done(step);

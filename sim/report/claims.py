@@ -41,8 +41,7 @@ def falls(values):
 
 
 def final_command(run):
-    _, values = run.series('command')
-    return sum(values[-50:]) / 50
+    return run.series('command')[1][-50:].mean()
 
 
 def diff_drive_is_faster(results):
@@ -108,9 +107,7 @@ def model_stays_stable(results):
 
 def action_trails(results):
     run = results.runs['figure_4-5'][0]
-    times, belief = run.series('belief_mps')
-    _, action = run.series('velocity_mps')
-    first = [next(t for t, v in zip(times, values) if v != 0.0) for values in (belief, action)]
+    first = [run.trace['time_s'][run.trace[column] != 0.0][0] for column in ('belief_mps', 'velocity_mps')]
     return Verdict(math.isclose(first[1] - first[0], 0.1, abs_tol=1e-6),
                    f'belief moves at {first[0] - 0.5:.1f} s, action at {first[1] - 0.5:.1f} s after the step')
 
@@ -200,12 +197,8 @@ def improved_beats(other, words, name, **wanted):
 
 
 def share_reached(run):
-    """Largest velocity in the assessed half-wave over the set point there."""
-    times, set_points = run.series('set_point_mps')
-    _, values = run.series('velocity_mps')
-    top = max(set_points)
-    # The first high half-wave starts from rest; because of the robot's delay the start of the next one counts, too.
-    return max(v for t, v in zip(times, values)) / top
+    """Largest velocity over the largest set point."""
+    return run.trace['velocity_mps'].max() / run.trace['set_point_mps'].max()
 
 
 def square_waves(results):
@@ -268,8 +261,7 @@ def drive_is_high_on_the_box(results):
 def overshoot_of(run, column):
     """Overshoot of a signal over its final value [%]."""
     _, values = run.series(column)
-    final = sum(values[-50:]) / 50
-    return 100.0 * (max(values) / final - 1.0)
+    return 100.0 * (values.max() / values[-50:].mean() - 1.0)
 
 
 def commands_overshoot(results):
@@ -291,13 +283,8 @@ def beliefs_overshoot(results):
 
 def noise(results, column):
     """Standard deviation of a signal at the end of Table 5-2's step to 0.5 m/s, at 50, 100 and 1000 Hz, in thousandths of its unit."""
-    found = []
-    for rate in (50.0, 100.0, 1000.0):
-        _, values = pick(results.comparable('table_5-2'), step_mps=0.5, belief_hz=rate).series(column)
-        values = values[-100:]
-        mean = sum(values) / len(values)
-        found.append(1e3 * math.sqrt(sum((v - mean) ** 2 for v in values) / len(values)))
-    return found
+    runs = [pick(results.comparable('table_5-2'), step_mps=0.5, belief_hz=rate) for rate in (50.0, 100.0, 1000.0)]
+    return [1e3 * run.trace[column][-100:].std() for run in runs]
 
 
 def rate_filters_noise(results):

@@ -5,6 +5,7 @@ import io
 import math
 
 import matplotlib
+import numpy
 
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402
@@ -115,13 +116,13 @@ def draw_panel(axis, runs, panel, square):
             colour = COLOURS[(i * len(names) + j) % len(COLOURS)]
             column, _ = SIGNALS[name]
             times, values = run.series(column, start)
-            values = [v if math.isfinite(v) and abs(v) < ENDLESS else math.nan for v in values]
+            values = numpy.where(numpy.abs(values) < ENDLESS, values, numpy.nan)
             text = ', '.join(filter(None, (label(run, panel['by']), PARTS[name] if len(names) > 1 else '', at_lines[i])))
             if not run.bounded:
                 text += ' (unstable)'
             axis.plot(times, values, color=colour, linewidth=1.3, label=text)
             if name != 'command':
-                diverges = diverges or any(abs(v) > RUNAWAY for v in values if math.isfinite(v))
+                diverges = diverges or bool(numpy.any(numpy.abs(values) > RUNAWAY))
             if name == 'measured' and run.bounded and not square and len(names) == 1:
                 mark_settling(axis, run, colour)
     draw_set_points(axis, chosen, names, start)

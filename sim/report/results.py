@@ -3,8 +3,12 @@
 import csv
 import math
 import pathlib
+import sys
 
-import yaml
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'lab'))
+import engine  # noqa: E402
 
 REST = 0.5  # s before a step, as in the closed loop (kRestTime)
 
@@ -12,68 +16,35 @@ REST = 0.5  # s before a step, as in the closed loop (kRestTime)
 CONDITIONS = ('controller', 'plant', 'step_mps', 'step_radps', 'belief_hz', 'action_hz', 'tau', 'kappa_mu', 'kappa_a', 'orders')
 
 
-class ResultError(Exception):
-    """A missing or unsuitable file; the text is one line for the user."""
-
-
-def number(text):
-    """A cell as a number; None if it is empty."""
-    return float(text) if text not in ('', None) else None
-
-
-def read_yaml(path):
+def lines_of(path):
+    """Lines of a CSV file. Raises ValueError if it is missing."""
     try:
-        return yaml.safe_load(path.read_text())
-    except (OSError, yaml.YAMLError) as error:
-        raise ResultError(f'{path}: {error}') from error
-
-
-def read_bars(package):
-    """The bars, by experiment and figure."""
-    return read_yaml(pathlib.Path(package) / 'sim/lab/acceptance.yaml')
+        with open(path, newline='') as file:
+            return list(csv.reader(file))
+    except OSError as error:
+        raise ValueError(f'{path}: {error.strerror}; run the experiments first') from error
 
 
 def read_rows(path):
-    try:
-        with open(path, newline='') as file:
-            return list(csv.DictReader(file))
-    except OSError as error:
-        raise ResultError(f'{path}: {error.strerror}; run the experiments first') from error
-
-
-def read_traces(path, runs):
-    """Gives each run its lines of a file of traces, by the run in the first column."""
-    try:
-        with open(path, newline='') as file:
-            lines = csv.reader(file)
-            columns = next(lines)
-            for line in lines:
-                runs[int(line[0])].trace.append(line)
-    except OSError as error:
-        raise ResultError(f'{path}: {error.strerror}; run the experiments first') from error
-    for run in runs:
-        run.columns = columns
+    columns, *lines = lines_of(path)
+    return [dict(zip(columns, line)) for line in lines]
 
 
 class Run:
-    """One row of a result table, with its trace."""
+    """One row of a result table, with the columns of its trace."""
 
-    def __init__(self, row, index):
-        self.row = row
-        self.index = index
-        self.columns = []  # of the trace
-        self.trace = []
-        self.label = row['label']
+    def __init__(self, row):
+        self.row, self.label, self.trace = row, row['label'], {}
 
     def __getitem__(self, column):
         """A column: a number where it is one, else the text, None where it is empty."""
-        if column == 'label':
-            return self.label
         text = self.row[column]
-        try:
-            return number(text)
-        except ValueError:
+        if column == 'label':
             return text
+        try:
+            return float(text)
+        except ValueError:
+            return text or None
 
     @property
     def bounded(self):
@@ -84,29 +55,18 @@ class Run:
 
     def series(self, column, start=0.0):
         """Times since `start` and values of a column of the trace; for the command the mean of both wheels."""
-        def cells(name):
-            index = self.columns.index(name)
-            return [float(line[index] or 'nan') for line in self.trace]
-
-        times = [time - start for time in cells('time_s')]
         if column == 'command':
-            left, right = cells('command_left_radps'), cells('command_right_radps')
-            return times, [0.5 * (l + r) for l, r in zip(left, right)]
-        return times, cells(column)
+            return self.trace['time_s'] - start, 0.5 * (self.trace['command_left_radps'] + self.trace['command_right_radps'])
+        return self.trace['time_s'] - start, self.trace[column]
 
     def error(self, column, reference):
         """Root mean square of the difference of two columns of the trace."""
-        pairs = zip(self.series(column)[1], self.series(reference)[1])
-        return math.sqrt(sum((value - true) ** 2 for value, true in pairs) / len(self.trace))
+        return float(numpy.sqrt(numpy.mean((self.trace[column] - self.trace[reference])**2)))
 
     def errors(self):
         """(name, ln(ours/thesis)) for settling and rise, where the thesis prints a number and we have one."""
-        found = []
-        for name in ('settling', 'rise'):
-            ours, theirs = self[f'{name}_s'], self[f'thesis_{name}_s']
-            if ours and theirs:
-                found.append((name, math.log(ours / theirs)))
-        return found
+        pairs = [(name, self[f'{name}_s'], self[f'thesis_{name}_s']) for name in ('settling', 'rise')]
+        return [(name, math.log(ours / theirs)) for name, ours, theirs in pairs if ours and theirs]
 
     def missing(self):
         """Numbers the thesis has and we have not."""
@@ -124,34 +84,33 @@ def comparable(runs):
 
 
 class Results:
-    """Everything the report shows."""
+    """Everything the report shows, from a directory with the files of `experiments run all`."""
 
-    def __init__(self, package, directory):
-        self.package = pathlib.Path(package)
+    def __init__(self, directory):
         self.directory = pathlib.Path(directory)
-        self.tables = {t['table']: t for t in read_yaml(self.package / 'sim/thesis/tables.yaml')['tables']}
-        self.experiments = {e['name']: e for e in read_yaml(self.package / 'sim/lab/scenarios.yaml')['experiments']}
-        self.bars = read_bars(self.package)
+        self.tables = {t['table']: t for t in engine.read_yaml('sim/thesis/tables.yaml')['tables']}
+        self.experiments = {e['name']: e for e in engine.read_yaml('sim/lab/scenarios.yaml')['experiments']}
+        self.bars = engine.bars()
         self.runs = {name: self._read(name) for name in self.experiments}
 
     def _read(self, name):
-        runs = [Run(row, i) for i, row in enumerate(read_rows(self.directory / f'{name}.csv'))]
-        read_traces(self.directory / f'{name}_traces.csv', runs)
+        runs = [Run(row) for row in read_rows(self.directory / f'{name}.csv')]
+        columns, *lines = lines_of(self.directory / f'{name}_traces.csv')
+        parts = [[] for _ in runs]
+        for number, _, *cells in lines:  # the second column is the label
+            parts[int(number)].append([float(cell or 'nan') for cell in cells])
+        for run, part in zip(runs, parts):
+            run.trace = dict(zip(columns[2:], numpy.array(part).reshape(-1, len(columns) - 2).T))
         return runs
 
     def config(self, name):
         """A file of config/."""
-        return read_yaml(self.package / 'config' / f'{name}.yaml')
+        return engine.read_yaml(f'config/{name}.yaml')
 
     def comparable(self, name):
         return comparable(self.runs[name])
 
     def errors(self, tables):
-        """ln(ours/thesis) over the comparable rows of some tables."""
-        errors, missing = [], 0
-        for table in tables:
-            for run in self.comparable(f'table_{table}'):
-                errors += [error for _, error in run.errors()]
-                missing += run.missing()
-        # A response that never settles counts as in the fit: 2.
-        return errors + [2.0] * missing
+        """ln(ours/thesis) over the comparable rows of some tables. A response that never settles counts as in the fit: 2."""
+        runs = [run for table in tables for run in self.comparable(f'table_{table}')]
+        return [error for run in runs for _, error in run.errors()] + [2.0] * sum(run.missing() for run in runs)

@@ -1,11 +1,11 @@
 """The sections of the report that show the CSV files of a study as they are, below what they hold."""
 
 from markup import cell, table
-from results import read_bars, read_rows
+from results import read_rows
 
 
 def found_in_time(results, rows):
-    bars = read_bars(results.package)['detection']
+    bars = results.bars['detection']
     named = sum(row['found'] == row['expected'] and row['delay_s'] != '' and
                 float(row['delay_s']) <= bars['delay_on_real' if row['plant'] == 'real' else 'delay'] + 1e-9 for row in rows)
     return f'{named} of {len(rows)} named in time, which is {bars["delay"]} s.'

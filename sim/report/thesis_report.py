@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """One HTML page with every table and figure of the thesis next to ours.
 
-Usage: thesis_report.py RESULTS OUTPUT.html [--package DIRECTORY]
+Usage: thesis_report.py RESULTS OUTPUT.html
 Reads what `experiments run all --out RESULTS` wrote. The page needs no other file; the same results give the same bytes.
 """
 
@@ -19,9 +19,7 @@ import figures
 import hypothesis
 import studies
 from markup import cell, fixed, rendered, seconds, table
-from results import ResultError, Results
-
-PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent
+from results import Results
 
 # What the fit has to reach, as mean |ln(ours/thesis)|: tables, how they were used, name of the bar.
 BARS = [
@@ -356,13 +354,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n', maxsplit=1)[0])
     parser.add_argument('results', help='directory with the CSV files of the experiments')
     parser.add_argument('output', help='HTML file to write')
-    parser.add_argument('--package', default=PACKAGE, help='directory of the package')
     arguments = parser.parse_args()
     try:
-        results = Results(arguments.package, arguments.results)
+        results = Results(arguments.results)
         text = page(results, draw_all(results))
         pathlib.Path(arguments.output).write_text(text)
-    except (ResultError, OSError) as error:
+    except (ValueError, OSError) as error:
         sys.exit(f'thesis_report: {error}')
 
 

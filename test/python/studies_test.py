@@ -235,6 +235,13 @@ class Recordings(unittest.TestCase):
             self.assertLess(max(abs(value) for value in figures['turn'][1:]), 0.02 * configured)
 
 
+def searched_from_kept(item):
+    """Largest excess of the kept gains over their bounds, and what a short search from them gains (logarithms)."""
+    values = baselines.kept(*item)
+    found = baselines.tune(*item, values, (0.2,), 40)
+    return max(baselines.excess(baselines.figures(*item, values))), baselines.cost(*item, values) - baselines.cost(*item, found)
+
+
 class Baselines(unittest.TestCase):
 
     def start(self, name):
@@ -246,6 +253,14 @@ class Baselines(unittest.TestCase):
                 found = baselines.figures(name, plant, self.start(name))
                 self.assertTrue(found['stable'], (name, plant))
                 self.assertGreaterEqual(found['iae'], found['least_iae'], (name, plant))
+
+    def test_the_kept_gains_are_those_that_the_search_finds(self):
+        """They keep the bounds, and a search from them gains at most 1 % of IAE."""
+        items = [(name, plant) for plant in engine.PLANTS for name in baselines.STRUCTURES if name != 'predictive_preset']
+        self.assertEqual(len(items), 16)
+        for item, (excess, gain) in zip(items, engine.parallel(searched_from_kept, items)):
+            self.assertLessEqual(excess, 0.0, item)
+            self.assertLessEqual(gain, 0.01, item)
 
     def test_a_step_on_its_own_model_is_the_same_for_all_regulators(self):
         motion = motions.step(0.5)

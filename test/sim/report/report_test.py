@@ -37,7 +37,7 @@ class Report(unittest.TestCase):
     def setUpClass(cls):
         cls.directory = tempfile.TemporaryDirectory()
         experiments('run', 'all', '--out', cls.directory.name)
-        cls.results = Results(SOURCE, cls.directory.name)
+        cls.results = Results(cls.directory.name)
 
     @classmethod
     def tearDownClass(cls):
