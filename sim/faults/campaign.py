@@ -77,6 +77,7 @@ class Campaign:
         self._publishers = {topic: publish(name, message) for topic, (name, message) in TO_CONTROLLER.items()}
         self._publishers['cmd_drive'] = publish('robot/cmd_drive', Drive)
         self._clock, self._told = publish('/clock', Clock), publish(PLANT + '/seen', Time)
+        self._state, self._held_state, self._commanded = publish('robot/jackal_AIC/state', ControllerState), None, 0.0
         self._e_stop, self._push = rospy.Publisher('e_stop', Bool, queue_size=1, latch=True), publish(PLANT + '/push', Wrench)
         for topic, (name, message) in OF_ROBOT.items():
             self._subscribe('robot/' + name, message, functools.partial(self._relay, topic))
@@ -140,6 +141,8 @@ class Campaign:
 
     def _on_command(self, drive):
         self._send('cmd_drive', drive)
+        self._commanded = self._plant_clock + self._offset
+        self._release_state()
         if not self._recording or drive._connection_header['callerid'] != CONTROLLER:
             return
         commands, fresh = self._record.commands, False
@@ -155,7 +158,18 @@ class Campaign:
             twist = odometry.twist.twist
             self._record.truth.append(judge.Truth(self._base + stamp, twist.linear.x, twist.angular.z))
 
+    def _release_state(self):
+        if self._held_state is not None:
+            self._state.publish(self._held_state)
+            self._held_state = None
+
     def _on_state(self, state):
+        # The plant steps on when it hears the state of an action. The command of that action takes another connection, and has to
+        # come before. Beside a second publisher the controller may be silent.
+        self._release_state()
+        self._held_state = state
+        if self._commanded >= state.header.stamp.to_sec() or self._intruder is not None:
+            self._release_state()
         self._states.append(state)
         if self._recording:
             text = WORDS.get(state.status, '?') + (': ' + state.reason if state.reason else '')
