@@ -218,8 +218,6 @@ py::dict distancesOf(const FaultReport& report) {
   py::dict distances;
   distances["left"] = report.wheel_left.distance;
   distances["right"] = report.wheel_right.distance;
-  distances["gyro"] = report.gyro.distance;
-  distances["acceleration"] = report.accelerometer.distance;
   return distances;
 }
 

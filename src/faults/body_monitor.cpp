@@ -210,6 +210,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
     }
   }
   AccelerationEvidence a;
+  since_jolt_ += step;
   if (accelerates) {
     if (wheels.pushed || said_ == kMoved) {
       forward_.widen();
@@ -217,7 +218,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
     }
     a = weighAcceleration(y, wheels, step);
     const double jolted = 1.0 / (1.0 + (1.0 / jolts_ - 1.0) * std::exp(a.healthy - a.jolted));
-    since_jolt_ = jolted > 0.5 ? 0.0 : since_jolt_ + step;
+    if (jolted > 0.5) since_jolt_ = 0.0;
     average(jolts_, jolted, step, kJoltsMemory);
     jolts_ = std::clamp(jolts_, kJolts, kJoltsSliding);
     if (accelerometer_) {

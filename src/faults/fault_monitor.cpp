@@ -360,8 +360,9 @@ void FaultMonitor::checkBody(const Observation& observation, double step) {
   wheels.to_stand = was_to_stand_ && !left_.suspecting() && !right_.suspecting();
   wheels.pushed = wheels_turned_;
   body_.check(observation, wheels, step);
-  report_.gyro = {body_.gyro(), causeOf(body_.gyroFault()), body_.gyroFaulty()};
-  report_.accelerometer = {body_.accelerometer(), causeOf(body_.accelerometerFault()), body_.accelerometerFaulty()};
+  report_.gyro = {body_.gyro(), causeOf(body_.gyroFault()), 0.0, body_.gyroFaulty()};
+  report_.accelerometer = {body_.accelerometer(), causeOf(body_.accelerometerFault()), 0.0,
+                           body_.accelerometerFaulty()};
   report_.shaken = body_.shaken();
   report_.moved = report_.moved || body_.moved();
 }

@@ -743,7 +743,7 @@ TEST(WheelMonitor, AFineEncoderDoesNotMissMoreThanADriveTrainDrifts) {
   EXPECT_FALSE(missesMotion(1.5, 0.018, 0.001));
 }
 
-TEST(WheelMonitor, ChangesBelowAHundredThousandthAreNoNoise) {
+TEST(WheelMonitor, ChangesBelowAMillionthAreNoNoise) {
   const auto findsFrozen = [](double change) {
     Wheel wheel(model(), exactParameters());
     wheel.monitor.start(5.0);
@@ -760,7 +760,7 @@ TEST(WheelMonitor, ChangesBelowAHundredThousandthAreNoNoise) {
     return found;
   };
   EXPECT_TRUE(findsFrozen(2.2e-5));
-  EXPECT_FALSE(findsFrozen(0.95e-5));
+  EXPECT_FALSE(findsFrozen(0.4e-6));
 }
 
 TEST(WheelMonitor, AFrozenEncoderIsFaultyAtOnceAndTakesTheOtherWithIt) {
@@ -834,7 +834,7 @@ TEST(WheelMonitor, AQuarterOfTheBandIsMotionAndNoNoise) {
   const double speed = wheel.monitor.speed(), width = wheel.edge(speed, 1.0) - wheel.edge(speed, -1.0);
   // The ramp itself adds 0.03 rad/s, an eighth of the band, to every second change.
   EXPECT_TRUE(findsFrozen(0.5 * width));
-  EXPECT_FALSE(findsFrozen(0.3 * width)) << "to and fro by half of it";
+  EXPECT_FALSE(findsFrozen(0.2 * width)) << "to and fro by half of it";
 }
 
 TEST(WheelMonitor, AnAcceleratingWheelIsCorrectedAsFarAsItsDeadTimeIsKnown) {

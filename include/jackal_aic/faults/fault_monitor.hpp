@@ -3,13 +3,11 @@
 /// @file
 /// Fault detection per channel from prediction errors, for every controller.
 ///
-///     predict    each wheel from the commands really applied (drive train model), the yaw rate from the wheels and the
-///                learned slip, the accelerometer from the wheels and the learned direction of gravity
-///     compare    squared Mahalanobis distance e' S^-1 e of the prediction error against its learned covariance
-///     exclude    a sample beyond Chebyshev's bound sqrt(n / alpha) is an outlier: precision zero for this sample
-///     declare    K of N samples make a fault: precision zero until the channel has been good for a while
-///     isolate    a wheel that does not follow its command: does the gyro agree with its encoder or with the
-///     prediction?
+///     wheels     prediction errors against the commands really applied (wheel_monitor.hpp): an error beyond
+///                Chebyshev's bound is an outlier, K outliers among N samples are a fault
+///     isolation  a wheel that does not follow its command: does the gyro agree with its encoder or with the
+///                prediction?
+///     gyro, accelerometer, body    hypotheses, compared by their evidence (body_monitor.hpp)
 ///
 /// The predictions carry no wish: nothing here knows the set point. (After Baioumy, Pezzato, Ferrari and Hawes,
 /// "Unbiased active inference for classical control" (2021), and Pezzato, Baioumy, Hernandez Corbato, Hawes, Wisse and
@@ -56,7 +54,8 @@ enum class FaultCause {
 struct ChannelHealth {
   ChannelState state = ChannelState::ok;  ///< whether it counts
   FaultCause cause = FaultCause::none;    ///< why it does not
-  double distance = 0.0;  ///< Mahalanobis distance of the last prediction error, in multiples of Chebyshev's bound
+  double distance = 0.0;                  ///< of a wheel's last prediction error, in multiples of Chebyshev's bound
+  double probability = 0.0;               ///< that a gyro or an accelerometer that counts is faulty
 };
 
 /// What the monitor thinks of the robot after a sample.
