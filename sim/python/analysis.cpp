@@ -221,6 +221,13 @@ py::dict distancesOf(const FaultReport& report) {
   return distances;
 }
 
+py::dict probabilitiesOf(const FaultReport& report) {
+  py::dict probabilities;
+  probabilities["gyro"] = report.gyro.probability;
+  probabilities["acceleration"] = report.accelerometer.probability;
+  return probabilities;
+}
+
 void bindFaults(py::module& m) {
   py::class_<FaultReport>(m, "FaultReport", "What the fault monitor thinks of the robot after a sample.")
       .def_property_readonly(
@@ -232,7 +239,9 @@ void bindFaults(py::module& m) {
           "Channels that count; see Observation.valid.")
       .def_property_readonly(
           "distances", &distancesOf,
-          "Mahalanobis distance of each channel's last prediction error, in multiples of the bound of an outlier.");
+          "Mahalanobis distance of each wheel's last prediction error, in multiples of the bound of an outlier.")
+      .def_property_readonly("probabilities", &probabilitiesOf,
+                             "Probability of each of gyro and acceleration, while it counts, that it is faulty.");
   py::class_<FaultMonitor>(m, "FaultMonitor", "Fault detection per channel from prediction errors.")
       .def(py::init([](const Parameters& parameters) {
              return FaultMonitor(parameters.node.faults.value_or(FaultParameters{}), parameters.node.geometry,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -354,7 +355,9 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   const double least = repeats ? leastMissed(measurement) : 0.0;
   const bool missed =
       missed_motion_.update(measurement, repeats, reachable_.low(), reachable_.high(), least, step, hold_.longest());
-  return parameters_.frozen_samples > 0 && (silent || missed);
+  const bool may_stand = std::abs(measurement) < thresholds::kRest &&
+                         std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < kStiction;
+  return parameters_.frozen_samples > 0 && (silent || (missed && !may_stand));
 }
 
 /// Motion that a live encoder cannot miss.
