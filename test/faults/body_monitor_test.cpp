@@ -144,16 +144,19 @@ TEST(BodyMonitor, UnlikeTyresAreNoBias) {
 }
 
 TEST(BodyMonitor, FindsWhatIsWrongWithTheAccelerometer) {
+  const auto offset = [](Observation& y) { y.acceleration_x += 5.0; };
+  const auto vertical_offset = [](Observation& y) { *y.acceleration_z += 5.0; };
+  const auto freeze = [](Observation& y) { y.acceleration_x = 0.3, y.acceleration_z = 9.7; };
+  const auto turn_over = [](Observation& y) { y.acceleration_z = -*y.acceleration_z, y.yaw_rate = -y.yaw_rate; };
   struct Case {
     std::function<void(Observation&)> change;
     Hypothesis fault;
   };
-  double held = 0.3;
-  for (const Case& c :
-       {Case{[](Observation& y) { y.acceleration_x += 5.0; }, kAccelerometerOffset},
-        Case{[](Observation& y) { *y.acceleration_z += 5.0; }, kAccelerometerOffset},
-        Case{[held](Observation& y) { y.acceleration_x = held, y.acceleration_z = 9.7; }, kAccelerometerFrozen},
-        Case{[](Observation& y) { y.acceleration_z = -*y.acceleration_z, y.yaw_rate = -y.yaw_rate; }, kUpsideDown}}) {
+  const Case cases[] = {{offset, kAccelerometerOffset},
+                        {vertical_offset, kAccelerometerOffset},
+                        {freeze, kAccelerometerFrozen},
+                        {turn_over, kUpsideDown}};
+  for (const Case& c : cases) {
     Body body;
     for (int k = 0; k < 200; ++k) body.sample(kTurn, 0.5, kAsked);
     ASSERT_EQ(body.monitor.accelerometer(), ChannelState::ok);
