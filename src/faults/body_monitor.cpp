@@ -16,6 +16,7 @@ namespace {
 constexpr double kFaultRate = 1e-5, kRepairTime = 100.0;  // one in a day of driving
 constexpr double kSlideRate = 0.05, kSlideTime = 0.3;     // a sill, a jolt, ice
 constexpr double kStrikeRate = 0.003, kStrikeTime = 0.1;  // a kerb
+constexpr double kGlitchRate = 1e-4, kGlitchTime = 0.03;  // an offset of the gyro that ends by itself
 constexpr double kPushRate = 0.01, kPushTime = 2.0;       // somebody moves a robot that is to stand
 constexpr double kGroundTime = 3.0;                       // after which another slip is the usual one
 constexpr double kEndsOnGround = 0.25;                    // share of slides that end on another ground, of each kind
@@ -31,12 +32,13 @@ constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [
 
 // Share of samples in which the accelerometer is jolted: of a ground before it is known, where the body slides, and
 // where it is struck. The first is learned.
-constexpr double kJolts = 0.02, kJoltsSliding = 0.3, kJoltsStruck = 0.8, kJoltsMoved = 0.999;
+constexpr double kJolts = 0.02, kJoltsSliding = 0.3, kJoltsStruck = 0.8, kJoltsMoved = 0.95;
 constexpr double kJoltsMemory = 20.0;  // s
 constexpr double kOutliers = 1e-3;     // share of samples of the gyro that are anything at all
 
 // Decision. Costs are multiples of that of a wrong name.
 constexpr double kFalseAlarm = 10.0;  // of a verdict where nothing is wrong
+constexpr double kOverlooked = 20.0;  // of a fault that is taken for motion from outside
 constexpr double kWaiting = 2.5;      // of a second without a verdict
 constexpr double kDoubt = 0.9;        // probability of a fault from which waiting costs
 constexpr double kCertainty = 0.99;   // probability by which a verdict is withdrawn
@@ -98,7 +100,7 @@ void BodyMonitor::predict(const double* forward_rates, const double* lowest, con
 }
 
 double BodyMonitor::gyroFaulty() const {
-  return alpha_[kGyroFrozen] + alpha_[kGyroOffset] + alpha_[kGyroReversed] + alpha_[kUpsideDown];
+  return alpha_[kGyroGlitch] + alpha_[kGyroFrozen] + alpha_[kGyroOffset] + alpha_[kGyroReversed] + alpha_[kUpsideDown];
 }
 
 double BodyMonitor::accelerometerFaulty() const {
@@ -124,7 +126,9 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   const double free =
       square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) + square(turn) + 2.0 * yaw_.noise();
   const double taken_back = -std::expm1(-step / kStrikeTime) * last_error;
-  g.healthy = logSum(logStudent(square(e), S), std::log(kOutliers) + logNormal(e, square(kOffsetScale)));
+  const double usual = logStudent(square(e), S), any = std::log(kOutliers) + logNormal(e, square(kOffsetScale));
+  gyro_outlier_ = any > usual;
+  g.healthy = logSum(usual, any);
   g.slides = logNormal(yaw_rate - yaw_rate_, free);
   g.slides_begins = logNormal(e, free + S);  // from where its wheels had it
   g.struck = logStudent(square(e - last_error + taken_back),
@@ -241,6 +245,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   set(kStruck, g.struck + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
   set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
   set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
+  set(kGyroGlitch, g.offset + jolts, g.offset_begins + jolts);
   set(kMoved, half(g.healthy, g.slides) + slides,
       half(g.healthy, g.offset_begins) + logMixture(kJoltsMoved, a.healthy, a.jolted));
   set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
@@ -289,9 +294,11 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
   const auto prior = [&](int h) -> Prior {
     switch (h) {
       case kSlides:
-        return {on_box_ ? 0.0 : kSlideRate, kSlideTime};
+        return {on_box_ || to_stand ? 0.0 : kSlideRate, kSlideTime};
       case kStruck:
-        return {on_box_ ? 0.0 : kStrikeRate, kStrikeTime};
+        return {on_box_ || to_stand ? 0.0 : kStrikeRate, kStrikeTime};
+      case kGyroGlitch:
+        return {kGlitchRate, kGlitchTime};
       case kOtherGround:
       case kPulled:
         return {0.0, kGroundTime};
@@ -305,7 +312,8 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
     }
   };
   const auto leaving = [&](int h) { return alpha_[h] * std::min(1.0, step / prior(h).time); };
-  const double no_fault = alpha_[kHealthy] + alpha_[kSlides] + alpha_[kStruck] + alpha_[kOtherGround] + alpha_[kPulled];
+  const double no_fault = alpha_[kHealthy] + alpha_[kSlides] + alpha_[kStruck] + alpha_[kOtherGround] +
+                          alpha_[kPulled] + alpha_[kGyroGlitch];
   const double grounds = kEndsOnGround * leaving(kSlides);
   double back = kLeastRate - 2.0 * grounds;
   for (int h = kHealthy + 1; h < kHypotheses; ++h) back += leaving(h);
@@ -325,7 +333,10 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
     top = std::max(top, next[h]);
   }
   // Sensors of a robot that is moved are not judged: what they see is its motion.
-  if (said_ == kMoved) std::fill(next.begin() + kMoved + 1, next.end(), -std::numeric_limits<double>::infinity());
+  if (said_ == kMoved) {
+    for (int h = kGyroGlitch; h < kHypotheses; ++h)
+      if (h != kMoved) next[h] = -std::numeric_limits<double>::infinity();
+  }
   double sum = 0.0;
   for (double& p : next) sum += p = std::exp(p - top);
   for (int h = 0; h < kHypotheses; ++h) alpha_[h] = next[h] / sum;
@@ -346,7 +357,8 @@ void BodyMonitor::decide(double step) {
   for (int h = kMoved; h < kHypotheses; ++h) {
     if (alpha_[h] > alpha_[best]) best = static_cast<Hypothesis>(h);
   }
-  const double risk = kFalseAlarm * no_fault + (1.0 - no_fault - alpha_[best]);
+  const double others = 1.0 - no_fault - alpha_[best];
+  const double risk = kFalseAlarm * no_fault + (best == kMoved ? kOverlooked : 1.0) * others;
   if (risk >= kWaiting * suspicious_) return;
   if (best == kMoved) {
     said_ = kMoved;

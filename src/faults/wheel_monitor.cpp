@@ -337,10 +337,15 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
   const bool repeats = repetition_.repeats(measurement);
-  const auto kind = may_rest ? faults::Repetition::rest : faults::Repetition::moving;
-  silence_ = repeats && !may_rest ? silence_ - repetition_.logChance(measurement, kind) : 0.0;
-  const double healthy = 1.0 / (1.0 + std::exp(silence_ - kSilent));
-  repetition_.update(measurement, explained, kind, healthy);
+  constexpr auto kKind = faults::Repetition::moving;  // noise at rest is that of a wheel that turns
+  if (repeats && may_rest) {
+    silence_ = 0.0;
+    repetition_.pass(measurement);
+  } else {
+    silence_ = repeats ? silence_ - repetition_.logChance(measurement, kKind) : 0.0;
+    const double healthy = 1.0 / (1.0 + std::exp(silence_ - kSilent));
+    repetition_.update(measurement, explained, kKind, healthy);
+  }
   const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;
   quantum_ = std::min(repetition_.resolution(), kCoarsestStep);
   const double least = repeats ? leastMissed(measurement) : 0.0;

@@ -33,6 +33,7 @@ enum Hypothesis {
   kStruck,        ///< a sill or a kerb throws the body round, and its tyres take it back
   kOtherGround,   ///< another slip, which began as a slide
   kPulled,        ///< the ground turns the body by its speed, which began as a slide
+  kGyroGlitch,    ///< an offset of the gyro that ends by itself
   kMoved,         ///< somebody moves a robot that is to stand
   kGyroFrozen,    ///< it repeats its value
   kGyroOffset,    ///< a constant beyond largest_bias
@@ -67,8 +68,8 @@ class BodyMonitor {
   /// Weighs a sample. @param step since the last one [s].
   void check(const Observation& observation, const WheelMotion& wheels, double step);
 
-  ChannelState gyro() const { return stateOf(gyro_, gyroFaulty()); }                             ///< verdict
-  ChannelState accelerometer() const { return stateOf(accelerometer_, accelerometerFaulty()); }  ///< verdict
+  ChannelState gyro() const { return stateOf(gyro_, gyro_outlier_ && !shaken() ? 1.0 : gyroFaulty()); }  ///< verdict
+  ChannelState accelerometer() const { return stateOf(accelerometer_, accelerometerFaulty()); }          ///< verdict
   Hypothesis gyroFault() const { return gyro_.fault; }                    ///< kHealthy while it counts
   Hypothesis accelerometerFault() const { return accelerometer_.fault; }  ///< kHealthy while it counts
   double probability(Hypothesis h) const { return alpha_[h]; }            ///< alpha_h
@@ -134,9 +135,10 @@ class BodyMonitor {
   // Of the last sample.
   double yaw_rate_ = 0.0, gyro_error_ = 0.0, gyro_variance_ = 1.0;  // [rad/s]
   Repetition::Kind gyro_kind_ = Repetition::rest;
-  bool turning_ = false;     // so fast that it shows the sign of the gyro
-  double predicted_ = 0.0;   // yaw rate when the gyro's value was new [rad/s]
-  double since_jolt_ = 1.0;  // [s]
+  bool gyro_outlier_ = false;  // no hypothesis but that of outliers explains it
+  bool turning_ = false;       // so fast that it shows the sign of the gyro
+  double predicted_ = 0.0;     // yaw rate when the gyro's value was new [rad/s]
+  double since_jolt_ = 1.0;    // [s]
 };
 
 }  // namespace jackal_aic::faults
