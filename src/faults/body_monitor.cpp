@@ -22,6 +22,8 @@ constexpr double kGroundTime = 3.0;                       // after which another
 constexpr double kEndsOnGround = 0.25;                    // share of slides that end on another ground, of each kind
 constexpr double kLeastRate = 1e-7;                       // at which anything begins whatever else is believed
 
+constexpr double kMounted = 1e-3;  // chance that an IMU is mounted in another way than tf says, of each way
+
 // How large they are.
 constexpr double kOffsetScale = 1.0;       // standard deviation of an offset of the gyro [rad/s]
 constexpr double kStrike = 0.2;            // standard deviation of a strike [rad/s]
@@ -69,7 +71,9 @@ BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_tra
       slip_offset_(square(kOtherSlip / effective_track)),
       pull_offset_(square(kPull / effective_track)),
       jolts_(kJolts) {
-  forget();
+  restart();
+  for (const Hypothesis h : {kGyroReversed, kUpsideDown}) alpha_[h] = kMounted;
+  alpha_[kHealthy] = 1.0 - 2.0 * kMounted;
 }
 
 void BodyMonitor::forget() {
@@ -268,7 +272,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
     const bool missed = y.yaw_rate == 0.0 && turning_;
     const double measured = missed ? 0.0 : 1.0 - gyro_repetition_.held(y.yaw_rate);
     yaw_.learn(y.yaw_rate, wheels.difference, wheels.forward.mean, step, agrees * measured);
-    mirrored_.learn(-y.yaw_rate, wheels.difference, wheels.forward.mean, step, measured);
+    mirrored_.learn(-y.yaw_rate, wheels.difference, wheels.forward.mean, step, measured, false);
     if (y.yaw_rate == 0.0 && !turning_) {
       gyro_repetition_.pass(y.yaw_rate);
     } else {

@@ -31,7 +31,7 @@ double YawPrediction::variance(const Normal& x, double v) const {
   return h.dot(P_ * h) + square(theta_(0)) * x.variance + e_.variance + noise_.variance();
 }
 
-void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double step, double healthy) {
+void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double step, double healthy, bool ground) {
   const double error = yaw_rate - mean(x.mean, v), S = variance(x, v);
   const double weight = healthy * studentWeight(error * error, S);
   // A difference of the wheels that is noise tells nothing of the slip (errors in variables).
@@ -43,12 +43,14 @@ void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double ste
   theta_(0) = std::clamp(theta_(0), given_slope_ / kSlopeRange, given_slope_ * kSlopeRange);
   theta_(1) = std::clamp(theta_(1), -parameters_.largest_bias, parameters_.largest_bias);
   theta_(2) = std::clamp(theta_(2), -kMostUnlikeTyres * given_slope_, kMostUnlikeTyres * given_slope_);
-  const double gain = weight * e_.variance / S;
-  e_.mean += gain * error;
-  e_.variance *= 1.0 - gain;
-  const double share = -std::expm1(-step / kGroundLearned);
-  ground_ += healthy * share * (std::min(square(e_.mean), kSurprise * ground_) - ground_);
-  ground_ = std::max(ground_, square(kGroundDeviation));
+  if (ground) {
+    const double gain = weight * e_.variance / S;
+    e_.mean += gain * error;
+    e_.variance *= 1.0 - gain;
+    const double share = -std::expm1(-step / kGroundLearned);
+    ground_ += healthy * share * (std::min(square(e_.mean), kSurprise * ground_) - ground_);
+    ground_ = std::max(ground_, square(kGroundDeviation));
+  }
   noise_.update(yaw_rate - mean(x.mean, v), -std::expm1(-step / parameters_.covariance_time_constant), healthy);
 }
 

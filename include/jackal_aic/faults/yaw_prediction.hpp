@@ -41,8 +41,9 @@ class YawPrediction {
     return given_slope_ / kSlopeRange * std::max(0.0, least);
   }
 
-  /// Learns from a yaw rate. @param healthy probability that gyro and wheels agree.
-  void learn(double yaw_rate, const Normal& x, double v, double step, double healthy);
+  /// Learns from a yaw rate. @param healthy probability that gyro and wheels agree; @param ground false: e explains
+  /// nothing.
+  void learn(double yaw_rate, const Normal& x, double v, double step, double healthy, bool ground = true);
 
   /// The ground may be another one. @param deviation of s, relative.
   void widen(double deviation) { P_(0, 0) = std::max(P_(0, 0), square(deviation * given_slope_)); }
