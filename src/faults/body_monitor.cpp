@@ -86,9 +86,14 @@ void BodyMonitor::forget() {
 void BodyMonitor::restart() {
   forget();
   gyro_ = accelerometer_ = Excluded{};
-  yaw_.restart();
-  difference_change_ = forward_change_ = 0.0;
   since_jolt_ = kShaken;
+  start();
+}
+
+void BodyMonitor::start() {
+  yaw_.restart();
+  mirrored_.restart();
+  difference_change_ = forward_change_ = 0.0;
 }
 
 void BodyMonitor::predict(const double* forward_rates, const double* lowest, const double* highest,

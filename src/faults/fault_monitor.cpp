@@ -169,7 +169,7 @@ const FaultReport& FaultMonitor::check(const Observation& observation) {
 
 void FaultMonitor::start(const Observation& observation) {
   started_ = true;
-  body_.restart();  // what was predicted before the first sample is no motion
+  body_.start();
   const double left = observation.valid.wheel_left ? observation.wheel_left : 0.0;
   const double right = observation.valid.wheel_right ? observation.wheel_right : 0.0;
   if (known_ > kCommandsKnown) {

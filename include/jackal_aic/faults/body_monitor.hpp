@@ -81,6 +81,9 @@ class BodyMonitor {
   /// Yaw rate against the wheels, theta_dot - (s x + beta) [rad/s].
   double yawError(double yaw_rate, double x, double v) const { return yaw_rate - yaw_.mean(x, v); }
 
+  /// Clears the motion that was predicted before the first sample.
+  void start();
+
   /// Starts again: faults are forgotten, what was learned of the sensors is not.
   void restart();
 
