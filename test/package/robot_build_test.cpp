@@ -29,8 +29,7 @@ TEST(RobotBuild, HasTheNodeThePluginAndTheToolsOfARobot) {
   ASSERT_EQ(status, 0) << said;
   const std::set<std::string> programs = found(said, "program: (\\w+)\n");
   EXPECT_LE(programs.size(), 8u);
-  EXPECT_EQ(programs,
-            found(between(textOf("doc/reference/programs.md"), "programs: ", ". The"), "`(\\w+)`"));
+  EXPECT_EQ(programs, found(between(textOf("doc/reference/programs.md"), "programs: ", ". The"), "`(\\w+)`"));
   EXPECT_LE(found(said, "library: (\\S+)\n").size(), 4u);
   EXPECT_NE(said.find("library: libjackal_aic_ros_control.so\n"), std::string::npos);
 }
