@@ -30,6 +30,7 @@ constexpr double kStrike = 0.2;            // standard deviation of a strike [ra
 constexpr double kOtherSlip = 0.4;         // standard deviation of another ground's slip, relative
 constexpr double kPull = 0.05;             // standard deviation of the turn by the speed, in multiples of v/b_hat
 constexpr double kBodyAcceleration = 1.5;  // of a body that does not follow its wheels [rad/s^2], and the same by
+constexpr double kHandling = 10.0;         // of a body that somebody moves [rad/s^2]
 constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [1/s]
 
 // Share of samples in which the accelerometer is jolted: of a ground before it is known, where the body slides, and
@@ -148,6 +149,8 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.ground_begins = g.slides - 0.5 * square(e) / (S + square(kOtherSlip * s * x.mean));
   g.pulled = pull_offset_.stays(e, S, v);
   g.pulled_begins = g.slides - 0.5 * square(e) / (S + square(kPull * s * v));
+  g.moved = logNormal(yaw_rate - yaw_rate_, square(kHandling * step) + 2.0 * yaw_.noise());
+  g.moved_begins = logNormal(e, square(kOffsetScale) + S);
   g.offset = gyro_offset_.stays(e, S);
   g.offset_begins = gyro_offset_.begins(e, S);
   // On a straight line a gyro of the wrong sign agrees with everybody.
@@ -163,9 +166,10 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
     g.slides -= swing;
     g.struck -= swing;
   }
-  const std::initializer_list<double*> densities = {&g.healthy,       &g.slides, &g.slides_begins, &g.struck,
-                                                    &g.struck_begins, &g.ground, &g.ground_begins, &g.pulled,
-                                                    &g.pulled_begins, &g.offset, &g.offset_begins, &g.reversed};
+  const std::initializer_list<double*> densities = {&g.healthy,       &g.slides,  &g.slides_begins, &g.struck,
+                                                    &g.struck_begins, &g.ground,  &g.ground_begins, &g.pulled,
+                                                    &g.pulled_begins, &g.moved,   &g.moved_begins,  &g.offset,
+                                                    &g.offset_begins, &g.reversed};
   double best = g.healthy;
   for (const double* p : densities) best = std::max(best, *p);
   for (double* p : densities) *p = chance + (repeats ? logUnless(gyro_repetition_.held(yaw_rate), *p - best) : *p);
@@ -255,8 +259,9 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
   set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
   set(kGyroGlitch, g.offset + jolts, g.offset_begins + jolts);
-  set(kMoved, half(g.healthy, g.slides) + slides,
-      half(g.healthy, g.offset_begins) + logMixture(kJoltsMoved, a.healthy, a.jolted));
+  // A push is a constant force, so the acceleration may have an offset. The gyro has to see the motion.
+  set(kMoved, g.moved + half(slides, a.offset),
+      g.moved_begins + half(logMixture(kJoltsMoved, a.healthy, a.jolted), a.offset_begins));
   set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
   set(kGyroOffset, g.offset + jolts, g.offset_begins + jolts);
   set(kGyroReversed, g.reversed + jolts, g.reversed + jolts);
