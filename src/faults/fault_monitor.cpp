@@ -11,22 +11,20 @@
 namespace jackal_aic {
 namespace {
 
-/// Ratio of squared errors from which the yaw rate speaks for one explanation.
+/// Ratio of squared errors from which the yaw rate decides.
 constexpr double kClearly = 2.0;
 
-/// Error of the yaw rate that may come of noise and tyres, and speaks for nothing [rad/s].
+/// Error of the yaw rate by noise and tyres, which decides nothing [rad/s].
 constexpr double kNoEvidence = 0.0287;
 
-/// After a wheel has stopped the robot needs this long to turn [s]; before, the yaw rate does not count. What is over
-/// sooner, a kerb for instance, was no fault.
+/// Time that the robot needs to turn after a wheel has stopped [s]. A shorter event, such as a kerb, is no fault.
 constexpr double kIsolationTime = 0.2;
 
-/// A wheel that really turns faster than commanded may be dragged along by the body for this long [s], where weak
-/// motors cannot hold it.
+/// Longest time for which the body drags a wheel faster than commanded against weak motors [s].
 constexpr double kDraggedTime = 0.6;
 
-/// A wheel that is slower than predicted and turns on has a motor at its limit, or climbs a kerb at speed, which may
-/// throw it back more than once. Where no yaw rate tells so it has this long [s].
+/// Longest time for which a wheel may be slower than predicted without a yaw rate that confirms it [s]: a motor at its
+/// limit, or a kerb.
 constexpr double kHeldUpTime = 0.5;
 
 /// Time over which the yaw rate's evidence is averaged [s].
@@ -42,7 +40,7 @@ constexpr double kDoubtfulSamples = 25.0;
 constexpr double kFarApart = 1.0;
 constexpr double kCountless = 1e6;
 
-/// Commands of this time [s] before the first sample tell what is under way in the drive train.
+/// Time of known commands before the first sample from which the state of the drive train is known [s].
 constexpr double kCommandsKnown = 0.25;
 
 constexpr double kOffModel = 0.3;  // s, of wheels or a turn beyond their model, until that is reported
@@ -60,7 +58,7 @@ FaultParameters validated(const FaultParameters& parameters) {
 bool isFaulty(const ChannelHealth& verdict) { return verdict.state == ChannelState::faulty; }
 bool counts(const ChannelHealth& verdict) { return verdict.state == ChannelState::ok; }
 
-/// A wheel that was suspect for long enough, without a verdict on why.
+/// A wheel that was suspect for long enough without a cause.
 bool undecided(const WheelMonitor& wheel, const ChannelHealth& verdict, bool drive) {
   return wheel.state() == ChannelState::faulty && !drive && !isFaulty(verdict);
 }
@@ -130,7 +128,7 @@ void FaultMonitor::advance(const std::optional<WheelCommand>& known, double dura
   driven_.steps += steps;
 }
 
-/// Lets the predictions follow what was driven.
+/// Advances the predictions by the commands since the last call.
 void FaultMonitor::predict() {
   const std::size_t number = std::exchange(driven_.steps, 0);
   if (number == 0) return;
@@ -226,7 +224,7 @@ void FaultMonitor::blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, boo
   drive = false;
 }
 
-/// Reports a robot that differs from its model, for any reason.
+/// Reports a robot that differs from its model.
 void FaultMonitor::compareWithModel(const Observation& y, double step) {
   if (off_model_ == 0.0) off_measured_ = off_expected_ = 0.0;
   const auto beyond = [&](bool valid, double measured, const WheelMonitor& wheel) {
@@ -252,14 +250,14 @@ void FaultMonitor::compareWithModel(const Observation& y, double step) {
   if (report_.turn_off_model && !turn_was_off) report_.turn_share = turn_.value();
 }
 
-/// Wheels that are to stand and turn all the same are turned from outside, at any yaw rate: pushed, or
-/// lifted and spun. What they measure is kept from the controller, which is not to work against it.
+/// Wheels that turn against a zero command are turned from outside: pushed, or lifted and spun. Their samples do not
+/// count, so that the controller does not act against it.
 bool FaultMonitor::concludeMoved() {
   const auto turns = [](const WheelMonitor& w) {
     return w.state() == ChannelState::faulty && !w.frozen() && w.fasterThanCommanded();
   };
   const bool suspecting = left_.suspecting() || right_.suspecting();
-  // A controller may have begun to fight it: what counts is the command before.
+  // Uses the command before the suspicion: the controller may react to the push.
   if (!suspecting) was_to_stand_ = left_.commandedToRest() && right_.commandedToRest();
   const auto found_before = [this] {
     return report_.drive_left || report_.drive_right || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
@@ -316,7 +314,7 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
     return;
   }
   yaw_tells_ = yawTells(observation) && observation.valid.wheel_left && observation.valid.wheel_right;
-  // A wheel that was held up by something and is on its way again follows its command.
+  // A wheel that returns to its prediction follows its command.
   const auto stays_away = [](const WheelMonitor& wheel) { return wheel.suspect() && !wheel.recovering(); };
   if (stays_away(left_) || stays_away(right_)) evidence_.time += step;
   if (!yaw_tells_) return;
@@ -346,7 +344,7 @@ void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& d
   } else if (wheel.suspect() && evidence_.time >= kIsolationTime) {
     const double doubt = std::max(kClearly * evidence_.against_predicted, kNoEvidence * kNoEvidence);
     const bool as_measured = !yaw_tells_ || evidence_.against_measured <= doubt;
-    // The tyres of a wheel that is dragged may slide: then neither speed explains the yaw rate.
+    // The tyres of a dragged wheel may slide. Then neither speed explains the yaw rate.
     const bool as_predicted = !as_measured && evidence_.against_predicted <= kNoEvidence * kNoEvidence;
     if (!as_predicted && wheel.fasterThanCommanded() && evidence_.time < kDraggedTime) return;
     if (as_measured && wheel.slowed()) {
@@ -384,7 +382,7 @@ double FaultMonitor::differenceVariance(const Observation& observation) const {
 
 void FaultMonitor::checkGyro(const Observation& observation, const SampleStep& step) {
   if (!observation.valid.yaw_rate) return;
-  // While a wheel is suspect the difference of the wheels is no witness against the gyro.
+  // While a wheel is suspect, the wheels do not judge the gyro.
   const bool wheels_tell =
       !witness_.clearsGyro() && !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
   if (model_.on_box) {
@@ -417,8 +415,7 @@ void FaultMonitor::checkAccelerometer(const Observation& observation, const Samp
                                                            : FaultCause::prediction;
 }
 
-/// By the wheels as they are measured, which need not do what the model says, and an accelerometer that is not found
-/// faulty.
+/// Uses the measured wheels and an accelerometer that counts.
 void FaultMonitor::checkTraction(const Observation& observation, double step) {
   if (model_.on_box) return;
   const double left = observation.valid.wheel_left ? observation.wheel_left : left_.speed();

@@ -9,38 +9,36 @@
 namespace jackal_aic {
 namespace {
 
-/// Largest standard deviation of a predicted speed [rad/s]. Without measurements the belief knows less and less; beyond
-/// this even a dead encoder would seem to agree.
+/// Largest standard deviation of a predicted speed [rad/s]. With a larger one, reached without measurements, a dead
+/// encoder would agree.
 constexpr double kLargestDeviation = 0.3;
 
-/// Time in which the belief learns a gain that is not the model's [s].
+/// Time in which the belief learns a gain error [s].
 constexpr double kMemory = 0.5;
 
 /// Smaller changes of a wheel speed are no noise [rad/s].
 constexpr double kResolution = 1e-5;
 
-/// Part of the width of what the drive train may do that is taken for motion between two samples.
+/// Share of the width of the reachable interval that counts as motion between two samples.
 constexpr double kUnderWay = 0.25;
 
-/// Motion that a live encoder cannot miss: steps of its resolution, at least so much, and more than a drive train
-/// drifts [rad/s, rad/s, relative].
+/// Motion that a working encoder must show: in steps of its resolution, at least [rad/s], and relative to its speed.
 constexpr double kMissedSteps = 3.0;
 constexpr double kLeastMotion = 0.02;
 constexpr double kDrift = 0.01;
 
-/// Largest step of an encoder [rad/s]: a coarser one is not believed to be one.
+/// Largest step of an encoder [rad/s]; a larger change is motion.
 constexpr double kCoarsestStep = 0.2;
 
-/// How much earlier or later than predicted a wheel may move, in standard deviations of the dead time.
+/// Bound of the timing error, in standard deviations of the dead time.
 constexpr double kTimingBound = 3.0;
 
-/// Mean acceleration between two values of an encoder that holds them from which the wheel is on its way wherever it
-/// goes [rad/s^2]: a heavy robot on sticky ground may not be faster, with any motors. From sample to sample
-/// noise would be as much.
+/// Least mean acceleration between two renewals of a held encoder value for a wheel that follows its command [rad/s^2].
+/// A heavy robot on sticky ground may not reach more.
 constexpr double kSlowestRamp = 2.0;
 
-/// A wheel that comes back to its prediction does so by at least this part of its largest error, and more than noise in
-/// standard deviations, within this time [s].
+/// A wheel returns to its prediction if it gains this share of its largest error, and more than this many deviations of
+/// the noise, within this time [s].
 constexpr double kLeastReturn = 0.05;
 constexpr double kNoise = 3.0;
 constexpr double kReturnTime = 0.1;
@@ -49,19 +47,17 @@ constexpr double kReturnTime = 0.1;
 constexpr double kHeldSteps = 3.0;
 constexpr double kHeldMotion = 0.1;
 
-/// Age of an interval that is none [s], and tolerance of ages.
+/// Age of an empty interval, and tolerance of ages [s].
 constexpr double kUnknownAge = 1e3;
 constexpr double kTolerance = 1e-6;
 
-/// Time over which it is learned how far a wheel usually is from what its drive train's model can explain [s], and how
-/// many standard deviations of that are no fault, less what any model is off by [rad/s].
+/// Averaging time of the model error [s], its bound in standard deviations, and the error that every model has [rad/s].
 constexpr double kMisfitMemory = 10.0;
 constexpr double kMisfit = 3.0;
 constexpr double kAnyMisfit = 0.3;
 
-/// Part of a wheel's speed that its commands may ask for at most, and more of any [rad/s], for this time [s]: the other
-/// side drags a wheel along, even against its command. Of one that stands: a motor of 0.8 of its gain that turns slower
-/// by 0.5 rad/s, and not below 0.5, has a wheel turn from 1.25 rad/s on.
+/// A wheel is behind if the commanded speed exceeds this multiple of its speed, plus an offset [rad/s], for this time
+/// [s]. The offset of a wheel at rest: a motor with 0.8 of its gain and a deadband of 0.5 rad/s starts at 1.25 rad/s.
 constexpr double kBehind = 2.0;
 constexpr double kAnyBehind = 1.5;
 constexpr double kStands = 0.2;
@@ -70,13 +66,13 @@ constexpr double kBehindTime = 0.5;
 
 std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / DriveTrain::kStep)); }
 
-/// The time by which a second prediction can run ahead: what is commanded now is not yet driven.
+/// Lead of the early prediction: the commands within the dead time are known.
 double lead(const FaultParameters& p, const PlantModel& model) {
   return std::min(kTimingBound * p.dead_time_deviation, model.dead_time);
 }
 
-/// What an identified drive train may be. A lag beyond that of motors stands for what no first-order lag is: a ramp,
-/// ground that holds a heavy robot. Then dead time and lag are known as their sum at best.
+/// Range of an identified drive train. A lag above that of motors approximates a ramp, or ground that holds a heavy
+/// robot. Then only the sum of dead time and lag is known.
 DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& model) {
   constexpr double kLagOfMotors = 0.1;  // s
   const double beyond = std::max(0.0, model.lag - kLagOfMotors);
@@ -84,8 +80,7 @@ DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& mode
   return {timing, timing, model.lag - 0.5 * beyond, model.lag + beyond, p.slowest_acceleration, p.fastest_acceleration};
 }
 
-/// How far a drive train that is not identified may differ: half to twice the dead time and the lag, and slower where
-/// its velocity loop is a soft one.
+/// Range of an assumed drive train: half to twice the dead time and the lag, and more lag for a soft velocity loop.
 DriveTrainRange assumedRange(const FaultParameters& p, const PlantModel& model) {
   constexpr double kSoftLoop = 0.3;  // s
   DriveTrainRange range = identifiedRange(p, model);
@@ -100,15 +95,14 @@ DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& mode
   return model.identified ? identifiedRange(p, model) : assumedRange(p, model);
 }
 
-/// How far the speed of a wheel that is not identified may be from its model's at steady state: the gain, relative, and
-/// what a motor of stock gains stays behind its command [rad/s].
+/// Steady-state error of an assumed model: of the gain, relative, and the offset of a motor with stock gains [rad/s].
 constexpr double kAssumedGain = 0.25;
 constexpr double kAssumedOffset = 0.5;
 
-/// The same of one that is identified, in standard deviations of the gain.
+/// The same of an identified model, in standard deviations of the gain.
 constexpr double kGain = 3.0;
 
-/// Width of the envelope, in standard deviations of the error, up to which an error tells of the noise.
+/// Widest envelope with which the noise is learned, in standard deviations of the error.
 constexpr double kNarrow = 3.0;
 
 DriveTrainBeliefParameters beliefParameters(const FaultParameters& p) {
@@ -165,7 +159,7 @@ void WheelMonitor::follow(double speed) {
   last_speed_ = speed;  // a belief that is the measurement explains none of its noise
 }
 
-/// How far a wheel of a speed may be from where its commands lead in the end, without a fault.
+/// Steady-state model error at a speed.
 double WheelMonitor::steadyMisfit(double speed) const {
   return identified_ ? kGain * parameters_.gain_deviation * std::abs(speed)
                      : kAssumedGain * std::abs(speed) + kAssumedOffset;
@@ -200,12 +194,11 @@ double WheelMonitor::speedVariance() const {
   return std::min(belief_.speedVariance(), kLargestDeviation * kLargestDeviation) + resolutionVariance();
 }
 
-/// Of rounding to whole steps; it does not average out while the speed stays.
+/// Variance of rounding. It does not average out at a constant speed.
 double WheelMonitor::resolutionVariance() const { return quantum_ * quantum_ / 12.0; }
 
-/// Where the wheel may be while it is under way: within the envelope of its timing, and as far from the belief as the
-/// slowest and the fastest drive train are from the model. Where it may stick the belief tells neither that it stands
-/// nor that it has started.
+/// Possible speeds: the envelope of the timing, and the belief plus the distance of the slowest and the fastest drive
+/// train from the model. Where stiction may hold the wheel, rest is possible too.
 WheelMonitor::Interval WheelMonitor::possible() const {
   const double slowest = reachable_.low(), fastest = reachable_.high();
   const double offset = belief_.speed() - reachable_.nominal();
@@ -217,8 +210,7 @@ WheelMonitor::Interval WheelMonitor::possible() const {
   return possible;
 }
 
-/// A value that the encoder holds is of the past: it may be any that was possible since it was renewed, and so for the
-/// time before, over which it is an average.
+/// A held value may be any speed that was possible since it was renewed, or before, over the time that it averages.
 void WheelMonitor::holdIntervals(double step) {
   clock_ += step;
   newest_ = (newest_ + 1) % intervals_.size();
@@ -275,7 +267,7 @@ void WheelMonitor::compare(double measurement, double step) {
   measured_ = measurement;
 }
 
-/// What even the slowest drive train would have made of the commands [rad/s].
+/// Speed of the slowest drive train under the commands [rad/s].
 double WheelMonitor::slowest() const {
   const auto [low, high] = held_.reachable;
   return low > 0.0 ? low : std::min(high, 0.0);
@@ -283,8 +275,8 @@ double WheelMonitor::slowest() const {
 
 double WheelMonitor::speedAskedFor() const { return led_away_ ? slowest() : speed(); }
 
-/// A wheel that has less than half of what even the slowest drive train would have made of its commands. A belief that
-/// is led there slowly takes that for a disturbance, however large.
+/// The wheel has less than half of the speed of the slowest drive train. The belief alone would absorb a slow loss as a
+/// disturbance.
 bool WheelMonitor::isBehind(double measurement) const {
   const double least = slowest();
   const double followed = least > 0.0 ? measurement : -measurement;
@@ -292,18 +284,17 @@ bool WheelMonitor::isBehind(double measurement) const {
   return std::abs(least) > kBehind * std::max(0.0, followed) + any;
 }
 
-/// A wheel that turns, beyond its prediction on the way to the speed commanded, follows its command: its motor is
-/// stronger than its model, or answers sooner.
+/// The wheel leads its prediction towards the commanded speed: its motor is stronger or faster than its model.
 bool WheelMonitor::isAhead(double measurement) const {
   if (!suspect_ || frozen_ || std::abs(measurement) < kRestSpeed) return false;
   const double commanded = reachable_.commanded();
   return error_ > 0.0 ? measurement <= commanded : measurement >= commanded;
 }
 
-/// How far the wheel has come towards its prediction between two measurements.
+/// Progress towards the prediction between two measurements.
 double WheelMonitor::comesNearer(double before, double now) const { return error_ < 0.0 ? now - before : before - now; }
 
-/// Weak motors bring a wheel back slowly: from where it was farthest off it has to come nearer step by step.
+/// Weak motors return a wheel slowly. From its largest error it has to approach the prediction step by step.
 bool WheelMonitor::comesBack(double measurement, double step) {
   if (!suspect_) {
     farthest_ = 0.0;
@@ -325,9 +316,9 @@ bool WheelMonitor::comesBack(double measurement, double step) {
 }
 
 bool WheelMonitor::isFrozen(double measurement, double step) {
-  // A wheel at rest repeats its speed for any reason of its rest: then only the prediction error tells.
+  // Repetitions of a wheel at rest carry no information.
   const bool may_rest = std::abs(measurement) < kRestSpeed;
-  // Of a wheel that is under way, even to and fro is not noise; a controller that answers noise moves it by less.
+  // While the speed changes, alternating changes are motion and not noise.
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
   // What gear and motor add to the speed grows with it: noise of fast driving is none to be missed in slow.
@@ -341,9 +332,9 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   return silent || (missed && parameters_.frozen_samples > 0);
 }
 
-/// Motion that a live encoder cannot miss.
+/// Motion that a working encoder must show [rad/s].
 double WheelMonitor::leastMissed(double measurement) const {
-  // Of an encoder that has not told its resolution yet, the coarsest is assumed.
+  // Before the resolution is known, assume the coarsest.
   const double quantum = quantum_ > 0.0 ? quantum_ : kCoarsestStep;
   return std::max({kMissedSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
          kMisfit * std::sqrt(misfit_);
@@ -373,7 +364,7 @@ void WheelMonitor::forgive() {
 }
 
 void WheelMonitor::conclude(double measurement, const SampleStep& step) {
-  // A value that the encoder holds is one measurement, however often it is published.
+  // A held value is one measurement, however often it is published.
   if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step.time);
   if (frozen_) persistence_.declareFaulty();
   last_speed_ = belief_.speed();
@@ -383,15 +374,14 @@ void WheelMonitor::conclude(double measurement, const SampleStep& step) {
   const double width = held_.possible.high - held_.possible.low;
   const double deviation = std::sqrt(learned_.factor() * variance);
   if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance, step.share);
-  // While the wheel is under way somewhere, its speed says little about the drive train.
+  // A wide interval of possible speeds makes the measurement less informative about the drive train.
   belief_.correct(measurement, width * width);
   last_speed_ = belief_.speed();
 }
 
 double WheelMonitor::usualMisfit() const { return std::max(0.0, kMisfit * std::sqrt(misfit_) - kAnyMisfit); }
 
-/// How far a moving wheel is from what its drive train's model can explain, noise apart. One that stands where it
-/// should turn says nothing about the model.
+/// Mean square distance of a moving wheel from the reachable interval, without noise. A wheel at rest is not used.
 void WheelMonitor::learnMisfit(double measurement, double variance, double step) {
   if (std::abs(measurement) < kRestSpeed) return;
   const auto [low, high] = held_.reachable;

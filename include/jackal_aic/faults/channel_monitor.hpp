@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What makes one measured channel suspect, and when a suspect channel is a faulty one. No robot here: prediction
-/// errors and samples go in, verdicts come out. Nothing allocates.
+/// Outlier bound, persistence of faults, held values and missed motion of one channel. Nothing allocates.
 
 #include <algorithm>
 #include <array>
@@ -30,9 +29,8 @@ struct SampleStep {
   double share;  ///< of this sample in what is learned over the memory: 1 - e^(-time/memory)
 };
 
-/// Covariance of a prediction error, learned while running: lambda S, S the variance that the model predicts now and
-/// lambda >= 1 a factor that follows the mean of e^2 / S of good samples. Outliers do not count: a few samples of a
-/// fault would make the monitor bear it.
+/// Learned variance of a prediction error: lambda S, with the model's variance S and a factor lambda >= 1 that follows
+/// the mean of e^2 / S. Outliers are left out, because a few samples of a fault would widen the bound.
 class LearnedVariance {
  public:
   /// Largest factor: ten times the configured standard deviation.
@@ -54,8 +52,8 @@ class LearnedVariance {
   double factor_ = kInitialFactor;
 };
 
-/// How much a quantity changed lately: the integral of its rate over a fading memory, so that jitter cancels and a
-/// change counts the same in one step or many.
+/// Recent change of a quantity: the integral of its rate with exponential forgetting. Jitter cancels, and a change
+/// counts the same in one step or many.
 class RecentChange {
  public:
   /// @param memory [s]; 0 remembers nothing.
@@ -95,7 +93,7 @@ class TimingVariance {
   double value_ = 0.0;
 };
 
-/// What to think of a channel.
+/// Verdict on a channel.
 enum class ChannelState {
   ok,       ///< its samples count
   outlier,  ///< this sample does not count
@@ -110,17 +108,17 @@ struct PersistenceParameters {
       1.0;  ///< time of good samples without a suspect one after which a faulty channel counts again [s]
 };
 
-/// From suspect samples to a faulty channel and back: K of the last N samples. If samples are suspect independently
-/// with a rate of at most alpha, a fault is declared in error with a rate of at most C(N, K) alpha^K per sample.
+/// A fault is K outliers among the last N samples. With independent outliers of rate alpha, false alarms have a rate of
+/// at most C(N, K) alpha^K per sample.
 class Persistence {
  public:
   /// @param parameters K, N and the time of recovery.
   explicit Persistence(const PersistenceParameters& parameters)
       : parameters_(parameters), window_((std::uint64_t{2} << (parameters.fault_window - 1)) - 1) {}
 
-  /// Takes the verdict on a sample. @param informative false if a fault would not show in it: such a sample does not
-  /// help a faulty channel back; @param step time since the last sample [s]; @param conclusive false if what is suspect
-  /// may still come of something else than a fault: K of the last N samples do not make one yet.
+  /// Takes a sample. @param suspect it is an outlier; @param informative false if a fault would not show in it, so that
+  /// it does not count for the recovery; @param step time since the last sample [s]; @param conclusive false while the
+  /// outliers may have another cause than a fault.
   ChannelState update(bool suspect, bool informative, double step, bool conclusive = true);
 
   ChannelState state() const { return state_; }  ///< verdict on the channel with its last sample
@@ -226,9 +224,9 @@ class MotionRepetitionTest {
   RepetitionTest at_rest_, moving_;
 };
 
-/// Learns for how long a source holds its value while its samples go on, as where encoders are renewed at 4 Hz and
-/// published at 20: between two changes in the same direction, each too large for noise, the motion went on, so that
-/// repetitions between them were held and carry no information. Nothing is concluded from fewer than three of them.
+/// Learns for how long a source holds its value between renewals, for example encoders renewed at 4 Hz and published at
+/// 20. Repetitions between two changes in the same direction, both larger than noise, were held. At least three such
+/// runs are needed.
 class SampleHold {
  public:
   static constexpr double kLongest = 0.3;  ///< that is believed [s]
@@ -236,8 +234,7 @@ class SampleHold {
   /// Takes a sample. @param least smallest change beyond the noise; @param step time since the last sample [s].
   void update(double value, double least, double step);
 
-  /// Longest usual time for which a value is held [s]; 0 where every sample is a new one. Until that is known, the
-  /// longest so far.
+  /// Longest usual hold [s]; 0 if every sample is new. Before it is known, the longest hold so far.
   double longest() const { return longest_; }
 
   /// Time for which the last value has been held [s].
@@ -252,21 +249,18 @@ class SampleHold {
   double held_ = 0.0;       // [s]
 };
 
-/// Finds a frozen source by the motion that it misses: its value repeats while it should have moved by more than some
-/// steps of its resolution, wherever within the uncertainty of its prediction it was and is. Where it was is as
-/// uncertain as the prediction has been since the value changed last, once it was long enough for a source that lives
-/// to show a change; a drift of seconds is the drive train's.
+/// Finds a frozen source by the motion that it misses. Its value repeats while the interval of its prediction has moved
+/// by more than some steps of its resolution since the last change. The old interval follows the new one over seconds,
+/// because a slow drift belongs to the drive train.
 class MissedMotion {
  public:
-  /// Changes of the value, each within the patience since the one before, after which the source is known to be renewed
-  /// that often; before, it is waited for longest. One that creeps may have changed often and been renewed seldom.
+  /// Number of changes, each within the patience, from which the patience is used. Before, the longest patience is
+  /// used.
   static constexpr int kFewChanges = 10;
 
-  /// Takes a sample. @param repeats it equals the one before; @param low, high what it may measure: to be
-  /// missed, a motion has to lead away from there and from the value itself;
-  /// @param least motion that cannot be missed; @param step time since the last sample [s]; @param hold for how long
-  /// the source holds its value as a rule [s]. @returns true while the source misses the motion for longer than it is
-  /// known to do.
+  /// Takes a sample. @param repeats it equals the last one; @param low, high interval of the prediction; @param least
+  /// motion that must show; @param step time since the last sample [s]; @param hold usual hold of the source [s].
+  /// @returns true while a motion is missed for longer than the patience.
   bool update(double value, bool repeats, double low, double high, double least, double step, double hold = 0.0);
 
  private:

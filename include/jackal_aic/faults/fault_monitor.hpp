@@ -82,7 +82,7 @@ struct FaultReport {
   /// True if a channel or a drive is faulty (an outlier is no fault).
   bool faulty() const;
 
-  /// True if the gyro or an encoder is faulty: what they said of the turn is in doubt.
+  /// True if the gyro or an encoder is faulty, so that the slip learned last is in doubt.
   bool turnSensorFaulty() const;
 
   /// The gravest fault, else that the robot is moved, else that it is stuck.
@@ -99,33 +99,30 @@ class FaultMonitor {
   /// @throws ParameterError as validate().
   FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry, const PlantModel& model);
 
-  /// Lets time pass under a command. @param applied the command that is really driven, zero while stopped; empty if it
-  /// is not known: then the wheels do what they are measured to do, and only a frozen encoder shows; @param duration
-  /// [s]; what is no whole number of DriveTrain::kStep is made up for later. The predictions follow when another
-  /// command comes, with the next sample, or after kMostSteps.
+  /// Advances the time under a command. @param applied the applied command, zero while stopped; empty if unknown: then
+  /// the prediction follows the measurement, and only a frozen encoder is found; @param duration [s]; remainders of
+  /// DriveTrain::kStep accumulate. The predictions are computed with the next command or sample, or after kMostSteps.
   void advance(const std::optional<WheelCommand>& applied, double duration);
 
-  /// Judges a sample. One that is not finite or not later than the last changes nothing. Channels that are not valid in
-  /// it keep their verdict.
+  /// Judges a sample. A sample that is not finite or not later than the last is ignored. Invalid channels keep their
+  /// verdict.
   const FaultReport& check(const Observation& observation);
 
   /// Verdict of the last check().
   const FaultReport& report() const { return report_; }
 
-  /// Starts again with the next sample: motion and faults are forgotten, what the sensors' noise, the slip and the bias
-  /// are is not.
+  /// Starts again with the next sample. Clears motion and faults; keeps noise, slip and bias.
   void restart();
 
-  /// Forgets what it learned about the encoders (noise, resolution, how far they are from what the drive train
-  /// explains), for a robot that may be another. To be called after restart().
+  /// Clears noise, resolution and model error of the encoders, for another robot. To be called after restart().
   void forgetEncoders();
 
-  /// Forgets everything but the parameters, faults included.
+  /// Clears everything but the parameters.
   void reset();
 
  private:
-  /// Witness of the yaw rate while a wheel is suspect: squared errors against the measured wheels and the predicted,
-  /// averaged over kEvidenceMemory.
+  /// Evidence of the yaw rate while a wheel is suspect: mean squared errors against the measured and the predicted
+  /// wheels, over kEvidenceMemory.
   struct Evidence {
     double against_measured = 0.0;
     double against_predicted = 0.0;

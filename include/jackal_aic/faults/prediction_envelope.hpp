@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What an uncertain delay leaves of a prediction: not one value, but all those that it passes within the uncertainty.
+/// Interval of a prediction whose delay is uncertain.
 
 #include <cstddef>
 
@@ -9,8 +9,8 @@
 
 namespace jackal_aic {
 
-/// Values that a predicted quantity may have now if it comes up to `behind` later or `ahead` earlier than predicted.
-/// What comes earlier is known from a second prediction that runs ahead. Allocates when it is made, and not after.
+/// Interval of a predicted quantity that may come up to `behind` later or `ahead` earlier than predicted. A second
+/// prediction runs `ahead` steps ahead. Allocates in the constructor only.
 class PredictionEnvelope {
  public:
   /// Longest uncertainty [steps].

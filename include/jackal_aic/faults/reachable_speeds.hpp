@@ -1,13 +1,12 @@
 #pragma once
 
 /// @file
-/// Every speed that a wheel may have now, for all drive trains that its robot may have: an interval observer.
+/// Interval observer of a wheel: all speeds that any drive train in a range may reach.
 ///
 ///     dw/dt = clamp((r - w) / T, +- L),    r = gain u(t - t_d),    t_d, T and L each within a range
 ///
-/// The right side falls with w and rises with r, so that the extreme solutions bound all others: the highest one rises
-/// as fast and falls as slowly as any drive train may, towards the highest r that any dead time lets through, and the
-/// lowest one the other way round.
+/// The right side falls with w and rises with r (a monotone system), so the extreme solutions bound all others. The
+/// upper one uses the fastest rise, the slowest fall and the highest r within the range of dead times.
 
 #include <cstddef>
 
@@ -18,7 +17,7 @@
 
 namespace jackal_aic {
 
-/// What a drive train may be, around its model.
+/// Range of drive trains about a model.
 struct DriveTrainRange {
   double earlier = 0.0;               ///< by which the dead time may be shorter [s]
   double later = 0.0;                 ///< by which the dead time may be longer [s]
@@ -28,7 +27,7 @@ struct DriveTrainRange {
   double fastest_acceleration = 1.0;  ///< L in multiples of the model's
 };
 
-/// The interval of one wheel. It never sees a measurement. Allocates when it is made, and not after.
+/// Interval of one wheel, from its commands alone. Allocates in the constructor only.
 class ReachableSpeeds {
  public:
   /// Longest dead time, uncertainty included [s]; a longer one counts as this.
@@ -37,23 +36,22 @@ class ReachableSpeeds {
   /// @param wheel_radius r [m].
   ReachableSpeeds(const PlantModel& model, double wheel_radius, const DriveTrainRange& range);
 
-  /// Starts at a speed [rad/s] with a command under way that has been driving it for long.
+  /// Starts at steady state at a speed [rad/s].
   void start(double speed);
 
-  /// Believes a speed [rad/s]; the commands of the last dead time are still under way. @param misfit by which a drive
-  /// train may be off its model at steady state [rad/s]: where commands lead that are no farther away, the wheel may be
-  /// already, and on its way it misses no motion.
+  /// Starts at a speed [rad/s] and keeps the commands within the dead time. @param misfit steady-state error of the
+  /// model [rad/s]; commands that lead within it may have been reached already.
   void seed(double speed, double misfit = 0.0);
 
-  /// What happens in each of some steps.
+  /// Command and rates of each step.
   struct Steps {
     PerStep acting;        ///< effective command that acts after the model's dead time [rad/s]
     PerStep lowest_rate;   ///< of dw/dt, at any speed in the interval [rad/s^2]
     PerStep highest_rate;  ///< the highest [rad/s^2]
   };
 
-  /// Goes on by steps of DriveTrain::kStep during which a command u [rad/s] is applied. @param number of steps, at most
-  /// kMostSteps; @param[out] steps what happens in them.
+  /// Advances by steps of DriveTrain::kStep under a command u [rad/s]. @param number of steps, at most kMostSteps;
+  /// @param[out] steps command and rates of each.
   void predict(double command, std::size_t number, Steps& steps);
 
   /// Effective command [rad/s] of some time ago [steps], which is not longer than the longest dead time

@@ -8,8 +8,8 @@
 
 namespace jackal_aic {
 
-/// Range of the values whose age is at most `oldest` steps. A value that is added costs next to nothing: it goes into a
-/// ring. A query looks at all of them. Allocates when it is made, and not after.
+/// Range of the values whose age is at most `oldest` steps. Adding a value costs one write into a ring, a query reads
+/// all values. Allocates in the constructor only.
 class RecentRange {
  public:
   /// Smallest and largest value.

@@ -21,7 +21,7 @@
 
 namespace jackal_aic {
 
-/// A wheel as the third witness sees it.
+/// Speed of a wheel, measured and by its commands.
 struct CommandedWheel {
   double measured;  ///< speed [rad/s]
   double nominal;   ///< of its model, by its commands [rad/s]
@@ -58,7 +58,7 @@ class TurnWitness {
   bool leftWrong() const { return left_ > kSureSamples; }    ///< the left encoder is wrong
   bool rightWrong() const { return right_ > kSureSamples; }  ///< the right encoder is wrong
 
-  /// The commands explain the gyro better than the encoders do: the gyro is not at fault.
+  /// The commands explain the gyro better than the encoders do, so the gyro is in order.
   bool clearsGyro() const { return contradiction() && (explains(kLeft) || explains(kRight)); }
 
  private:

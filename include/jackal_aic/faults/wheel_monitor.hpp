@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Watches one wheel's encoder against the wheel's belief, which is driven by the commands really applied.
+/// Compares the encoder of one side with a prediction from the commands that were applied.
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace jackal_aic {
 
-/// What a wheel is predicted to do in each of some steps.
+/// Predicted motion of a wheel in each step.
 struct WheelSteps : ReachableSpeeds::Steps {
   PerStep speed;  ///< as the model has it [rad/s]
   PerStep rate;   ///< the same, dw/dt [rad/s^2]
@@ -27,11 +27,10 @@ struct WheelSteps : ReachableSpeeds::Steps {
 /// Prediction, comparison and verdict for one encoder. Allocates when it is made, and not after.
 class WheelMonitor {
  public:
-  /// A wheel slower than this may be at rest: a repeated speed says nothing, and neither does a good sample [rad/s].
+  /// Below this speed a wheel may be at rest, and its samples carry no information about a fault [rad/s].
   static constexpr double kRestSpeed = 0.5;
 
-  /// Speed up to which a wheel that is asked for it may stand, by stiction, play and what a motor stays behind its
-  /// command, or turn after all [rad/s].
+  /// Commanded speed up to which stiction, play and the motor's steady-state error may hold a wheel at rest [rad/s].
   static constexpr double kStiction = 0.8;
 
   /// @param wheel_radius r [m].
@@ -43,11 +42,11 @@ class WheelMonitor {
   /// Starts at a measured speed [rad/s] with no fault.
   void start(double speed);
 
-  /// As start(), but the commands that were predicted with before are still under way.
+  /// As start(), but keeps the commands that are still within the dead time.
   void startUnderWay(double speed);
 
-  /// Takes a measured speed [rad/s] for what the wheel is to do: its command is unknown. What is known of noise and
-  /// suspicions stays.
+  /// Sets the prediction to a measured speed [rad/s] while the command is unknown. Keeps the noise estimate and the
+  /// suspicion.
   void follow(double speed);
 
   /// Moves the prediction by one DriveTrain::kStep during which a command [rad/s] is applied.
@@ -56,47 +55,47 @@ class WheelMonitor {
     predict(command, 1, steps);
   }
 
-  /// The same for a number of steps, at most kMostSteps. @param[out] steps what it does in them.
+  /// The same for a number of steps, at most kMostSteps. @param[out] steps the motion in each.
   void predict(double command, std::size_t number, WheelSteps& steps);
 
-  /// Compares a measured speed [rad/s] with the prediction; suspect(), frozen() and distance() tell the outcome. @param
+  /// Compares a measured speed [rad/s] with the prediction. The result is in suspect(), frozen() and distance(). @param
   /// step time since the last sample [s].
   void compare(double measurement, double step);
 
-  /// Draws the consequences of the comparison: a good sample corrects the prediction, a bad one does not. @param step
-  /// since the last sample.
+  /// Updates the verdict. A good sample corrects the prediction, an outlier does not. @param step since the last
+  /// sample.
   void conclude(double measurement, const SampleStep& step);
 
-  /// Believes the last measured speed and suspects nothing: the wheel was moved from outside.
+  /// Accepts the last measured speed and clears the suspicion: the wheel was moved from outside.
   void forgive();
 
-  /// The wheel does what was measured last, however far that is from its model, which errs by as much. @param step time
-  /// since the last sample [s].
+  /// Accepts the last measured speed and counts its distance from the model as model error. @param step time since the
+  /// last sample [s].
   void acceptMeasured(double step) { learnMisfit(measured_, variance(), step); }
 
-  /// Declares the encoder frozen if it repeats: because the other one is, which comes with the same messages.
+  /// Declares the encoder frozen if it repeats while the other encoder, which has the same messages, is frozen.
   void freezeWithTheOther();
 
-  /// The last sample has half to all of the speed believed: a wheel that something slows down, but does not block.
+  /// The last sample is between half and all of the predicted speed: the wheel is slowed down but not blocked.
   bool slowed() const;
   bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
   bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
   bool suspect() const { return suspect_; }  ///< the last sample is an outlier
   bool frozen() const { return frozen_; }    ///< because it repeats exactly
-  /// The last sample is an outlier on its way to the prediction, or ahead of it on its way to the speed commanded.
+  /// The last sample is an outlier that approaches the prediction, or leads it towards the commanded speed.
   bool recovering() const { return recovering_; }
   double distance() const { return distance_; }                  ///< in multiples of the bound
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
   double speed() const { return belief_.speed(); }               ///< believed wheel speed [rad/s]
-  /// The same [rad/s]; of a wheel that is suspect because its belief was led away from its commands, what even the
-  /// slowest drive train would have made of them.
+  /// The same [rad/s]. For a wheel whose belief has drifted away from its commands: the speed of the slowest drive
+  /// train.
   double speedAskedFor() const;
   double longestHold() const { return hold_.longest(); }  ///< for which the encoder holds its value [s]
   Range reachable() const { return {held_.reachable.low, held_.reachable.high}; }  ///< by its commands [rad/s]
   double nominal() const { return reachable_.nominal(); }  ///< speed of the model, by its commands alone [rad/s]
 
-  /// Declares the encoder faulty: other witnesses contradict it.
+  /// Declares the encoder faulty because gyro and commands contradict it.
   void declareWrong() { persistence_.declareFaulty(); }
 
   double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
@@ -108,7 +107,7 @@ class WheelMonitor {
   static Interval hull(const Interval& a, const Interval& b) {
     return {std::min(a.low, b.low), std::max(a.high, b.high)};
   }
-  /// What a measurement of some time ago may be.
+  /// Intervals of a sample.
   struct Intervals {
     Interval possible;
     Interval reachable;
