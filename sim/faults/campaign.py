@@ -32,6 +32,7 @@ CONTROLLER, PLANT = '/jackal_aic', '/plant'
 OF_ROBOT = {'joint_states': ('joint_states', JointState), 'imu': ('imu/data', Imu), 'feedback': ('feedback', Feedback)}
 TO_CONTROLLER = dict(OF_ROBOT, status=('status', Status), set_point=('jackal_AIC/set_point', Twist))
 SEEN = 0.01  # s between words to the plant of how far this node has come
+AHEAD = 0.1  # s by which other messages may come before that of the clock; the plant waits for this node after 0.022 s
 # s between set points, as an operator's joystick sends them, statuses, as the firmware, and commands of a second publisher
 PERIODS = {'set_point': 0.05, 'status': 1.0, 'intrusion': 0.02}
 FIRST_SET_POINT = 0.3  # s after the start of a run; zero until then, which releases a latch
@@ -77,7 +78,6 @@ class Campaign:
         self._publishers = {topic: publish(name, message) for topic, (name, message) in TO_CONTROLLER.items()}
         self._publishers['cmd_drive'] = publish('robot/cmd_drive', Drive)
         self._clock, self._told = publish('/clock', Clock), publish(PLANT + '/seen', Time)
-        self._state, self._held_state, self._commanded = publish('robot/jackal_AIC/state', ControllerState), None, 0.0
         self._e_stop, self._push = rospy.Publisher('e_stop', Bool, queue_size=1, latch=True), publish(PLANT + '/push', Wrench)
         for topic, (name, message) in OF_ROBOT.items():
             self._subscribe('robot/' + name, message, functools.partial(self._relay, topic))
@@ -141,8 +141,6 @@ class Campaign:
 
     def _on_command(self, drive):
         self._send('cmd_drive', drive)
-        self._commanded = self._plant_clock + self._offset
-        self._release_state()
         if not self._recording or drive._connection_header['callerid'] != CONTROLLER:
             return
         commands, fresh = self._record.commands, False
@@ -154,22 +152,11 @@ class Campaign:
 
     def _on_truth(self, odometry):
         stamp = odometry.header.stamp.to_sec()
-        if self._recording and stamp <= self._plant_clock:  # else of before a reset
+        if self._recording and stamp <= self._plant_clock + AHEAD:  # else of before a reset
             twist = odometry.twist.twist
             self._record.truth.append(judge.Truth(self._base + stamp, twist.linear.x, twist.angular.z))
 
-    def _release_state(self):
-        if self._held_state is not None:
-            self._state.publish(self._held_state)
-            self._held_state = None
-
     def _on_state(self, state):
-        # The plant steps on when it hears the state of an action. The command of that action takes another connection, and has to
-        # come before. Beside a second publisher the controller may be silent.
-        self._release_state()
-        self._held_state = state
-        if self._commanded >= state.header.stamp.to_sec() or self._intruder is not None:
-            self._release_state()
         self._states.append(state)
         if self._recording:
             text = WORDS.get(state.status, '?') + (': ' + state.reason if state.reason else '')

@@ -10,11 +10,13 @@ import jackal_aic
 import rospy
 import rosunit
 from jackal_msgs.msg import Feedback, Status
+from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / 'sim/faults'))
 
+import campaign  # noqa: E402
 import channel  # noqa: E402
 import judge  # noqa: E402
 import scenarios  # noqa: E402
@@ -225,6 +227,18 @@ class Judge(unittest.TestCase):
         self.assertIn('steps by', self.failures(still))
         self.assertEqual(self.failures(changed(still, 'commands', 2.2, 2.235, fresh_start=True)), '')
         self.assertIn('old motion', self.failures(changed(still, 'commands', 2.2, 2.3, left=3.0, right=3.0)))
+
+
+class Recording(unittest.TestCase):
+
+    def test_keeps_a_truth_that_comes_before_its_clock_and_none_of_before_a_reset(self):
+        nodes = object.__new__(campaign.Campaign)  # without a ROS graph
+        nodes._record, nodes._recording, nodes._base, nodes._plant_clock = judge.Record(), True, 4.0, 2.0
+        for stamp in (1.99, 2.02, 7.5):
+            truth = Odometry()
+            truth.header.stamp = rospy.Time.from_sec(stamp)
+            nodes._on_truth(truth)
+        self.assertEqual([round(sample.time, 2) for sample in nodes._record.truth], [5.99, 6.02])
 
 
 if __name__ == '__main__':
