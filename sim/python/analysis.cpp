@@ -218,9 +218,14 @@ py::dict distancesOf(const FaultReport& report) {
   py::dict distances;
   distances["left"] = report.wheel_left.distance;
   distances["right"] = report.wheel_right.distance;
-  distances["gyro"] = report.gyro.distance;
-  distances["acceleration"] = report.accelerometer.distance;
   return distances;
+}
+
+py::dict probabilitiesOf(const FaultReport& report) {
+  py::dict probabilities;
+  probabilities["gyro"] = report.gyro.probability;
+  probabilities["acceleration"] = report.accelerometer.probability;
+  return probabilities;
 }
 
 void bindFaults(py::module& m) {
@@ -234,7 +239,9 @@ void bindFaults(py::module& m) {
           "Channels that count; see Observation.valid.")
       .def_property_readonly(
           "distances", &distancesOf,
-          "Mahalanobis distance of each channel's last prediction error, in multiples of the bound of an outlier.");
+          "Mahalanobis distance of each wheel's last prediction error, in multiples of the bound of an outlier.")
+      .def_property_readonly("probabilities", &probabilitiesOf,
+                             "Probability of each of gyro and acceleration, while it counts, that it is faulty.");
   py::class_<FaultMonitor>(m, "FaultMonitor", "Fault detection per channel from prediction errors.")
       .def(py::init([](const Parameters& parameters) {
              return FaultMonitor(parameters.node.faults.value_or(FaultParameters{}), parameters.node.geometry,

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "jackal_aic/model/square.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -30,16 +32,6 @@ constexpr double kHeldUpTime = 0.5;
 /// Time over which the yaw rate's evidence is averaged [s].
 constexpr double kEvidenceMemory = 0.05;
 
-/// What a wheel measures off its prediction by noise, in standard deviations; and for how many samples it may be off by
-/// more until the cause is found.
-constexpr double kNoise = 3.0;
-constexpr double kDoubtfulSamples = 25.0;
-
-/// A wheel this far off [rad/s] is not where it is predicted, or not where it is measured, for as long as that lasts:
-/// no number of samples tells the slip.
-constexpr double kFarApart = 1.0;
-constexpr double kCountless = 1e6;
-
 /// Time of known commands before the first sample from which the state of the drive train is known [s].
 constexpr double kCommandsKnown = 0.25;
 
@@ -61,6 +53,22 @@ bool counts(const ChannelHealth& verdict) { return verdict.state == ChannelState
 /// A wheel that was suspect for long enough without a cause.
 bool undecided(const WheelMonitor& wheel, const ChannelHealth& verdict, bool drive) {
   return wheel.state() == ChannelState::faulty && !drive && !isFaulty(verdict);
+}
+
+FaultCause causeOf(faults::Hypothesis fault) {
+  switch (fault) {
+    case faults::kHealthy:
+      return FaultCause::none;
+    case faults::kGyroFrozen:
+    case faults::kAccelerometerFrozen:
+      return FaultCause::frozen;
+    case faults::kGyroReversed:
+      return FaultCause::sign;
+    case faults::kUpsideDown:
+      return FaultCause::gravity;
+    default:
+      return FaultCause::prediction;
+  }
 }
 
 bool isFrozen(const ChannelHealth& verdict) { return verdict.cause == FaultCause::frozen; }
@@ -107,9 +115,8 @@ FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryPara
       rolling_radius_(geometry.wheel_radius * geometry.slip_factor),
       left_(parameters, model, geometry.wheel_radius),
       right_(left_),
-      yaw_(parameters, geometryOf(model, geometry).effective_track),
-      witness_(rolling_radius_, geometryOf(model, geometry).effective_track, geometry.track_range),
-      acceleration_(parameters) {}
+      body_(parameters, geometryOf(model, geometry).effective_track, model.on_box),
+      witness_(rolling_radius_, geometryOf(model, geometry).effective_track, geometry.track_range) {}
 
 void FaultMonitor::advance(const std::optional<WheelCommand>& known, double duration) {
   if (!known) followed_ = true;
@@ -144,8 +151,7 @@ void FaultMonitor::predict() {
   }
   const PerStep none{};  // on a box the body does not follow its wheels
   const auto of_body = [&](const PerStep& rates) { return (model_.on_box ? none : rates).data(); };
-  yaw_.predict(forward.data(), of_body(difference), number, DriveTrain::kStep);
-  acceleration_.predict(of_body(forward), of_body(lowest), of_body(highest), number, DriveTrain::kStep);
+  body_.predict(of_body(forward), of_body(lowest), of_body(highest), of_body(difference), number, DriveTrain::kStep);
 }
 
 const FaultReport& FaultMonitor::check(const Observation& observation) {
@@ -156,16 +162,14 @@ const FaultReport& FaultMonitor::check(const Observation& observation) {
   if (!started_) start(observation);
   stamp_ = observation.stamp;
   checkWheels(observation, step);
-  checkAccelerometer(observation, step);
-  checkGyro(observation, step);
-  concludeBodyMoved();
+  checkBody(observation, time);
   checkTraction(observation, time);
   return report_;
 }
 
 void FaultMonitor::start(const Observation& observation) {
   started_ = true;
-  yaw_.restart();  // what was predicted before the first sample is no motion that has settled
+  body_.start();
   const double left = observation.valid.wheel_left ? observation.wheel_left : 0.0;
   const double right = observation.valid.wheel_right ? observation.wheel_right : 0.0;
   if (known_ > kCommandsKnown) {
@@ -276,30 +280,6 @@ bool FaultMonitor::concludeMoved() {
   return true;
 }
 
-/// Where the wheels are turned from outside, or stand as commanded while two instruments of their own see
-/// motion, gyro and accelerometer: the body is moved, and its tyres may slide. Neither instrument is wrong.
-void FaultMonitor::concludeBodyMoved() {
-  const auto sees_motion = [](const ChannelHealth& channel) {
-    return !counts(channel) && channel.cause != FaultCause::frozen && channel.cause != FaultCause::gravity;
-  };
-  const bool told_to_stand = was_to_stand_ && !left_.suspecting() && !right_.suspecting();
-  const bool goes_on = body_moved_ && (yaw_.suspecting() || acceleration_.suspecting());
-  const bool begins = sees_motion(report_.gyro) && sees_motion(report_.accelerometer);
-  const bool was_moved = body_moved_;
-  body_moved_ = wheels_turned_ || (told_to_stand && (goes_on || begins));
-  if (was_moved && !body_moved_) {
-    yaw_.forgive();
-    acceleration_.forgive();
-    report_.gyro.state = report_.accelerometer.state = ChannelState::ok;
-  }
-  if (!body_moved_) return;
-  acceleration_.follow();
-  report_.moved = true;
-  for (ChannelHealth* channel : {&report_.gyro, &report_.accelerometer}) {
-    if (sees_motion(*channel)) *channel = {ChannelState::outlier, FaultCause::none, channel->distance};
-  }
-}
-
 bool FaultMonitor::wheelsTurn() const {
   return std::max(std::abs(left_.speed()), std::abs(right_.speed())) > WheelMonitor::kRestSpeed;
 }
@@ -321,8 +301,8 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   const double fading = std::exp(-step / kEvidenceMemory);
   const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
   const double asked = rolling_radius_ * (right_.speedAskedFor() - left_.speedAskedFor());
-  const double measured_error = yaw_.error(observation.yaw_rate, measured);
-  const double predicted_error = yaw_.error(observation.yaw_rate, asked);
+  const double measured_error = body_.yawError(observation.yaw_rate, measured, forwardSpeed());
+  const double predicted_error = body_.yawError(observation.yaw_rate, asked, forwardSpeed());
   const auto average = [fading](double& mean, double error) { mean += (1.0 - fading) * (error * error - mean); };
   average(evidence_.against_measured, measured_error);
   average(evidence_.against_predicted, predicted_error);
@@ -363,56 +343,26 @@ void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& d
 
 double FaultMonitor::forwardSpeed() const { return 0.5 * rolling_radius_ * (left_.speed() + right_.speed()); }
 
-double FaultMonitor::differenceSpeed() const { return rolling_radius_ * (right_.speed() - left_.speed()); }
-
-double FaultMonitor::differenceVariance(const Observation& observation) const {
-  // As far as a wheel is from its prediction, either may be wrong, and not by noise that averages out: a motor that
-  // does not start is no slip to learn.
-  const double noise = kNoise * std::sqrt(parameters_.wheel_variance);
-  const auto doubt = [noise](const WheelMonitor& wheel, const ChannelHealth& verdict, bool valid, double measured) {
-    if (!valid || isFaulty(verdict)) return 0.0;
-    const double apart = std::max(0.0, std::abs(measured - wheel.speed()) - noise);
-    return (apart > kFarApart ? kCountless : kDoubtfulSamples) * apart * apart;
-  };
-  return rolling_radius_ * rolling_radius_ *
-         (left_.uncertainty() + right_.uncertainty() +
-          doubt(left_, report_.wheel_left, observation.valid.wheel_left, observation.wheel_left) +
-          doubt(right_, report_.wheel_right, observation.valid.wheel_right, observation.wheel_right));
-}
-
-void FaultMonitor::checkGyro(const Observation& observation, const SampleStep& step) {
-  if (!observation.valid.yaw_rate) return;
+void FaultMonitor::checkBody(const Observation& observation, double step) {
   // While a wheel is suspect, the wheels do not judge the gyro.
-  const bool wheels_tell =
+  const bool trusted =
       !witness_.clearsGyro() && !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
-  if (model_.on_box) {
-    yaw_.check(observation.yaw_rate, {0.0, 0.0}, wheelsTurn(), step);
-  } else if (wheels_tell || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right)) {
-    const DifferenceSpeed wheels{differenceSpeed(), differenceVariance(observation), forwardSpeed()};
-    yaw_.check(observation.yaw_rate, wheels, wheelsTurn(), step,
-               {report_.shaken, acceleration_.pushed(), acceleration_.vibration()});
-  }
-  report_.gyro = {yaw_.state(), FaultCause::none, yaw_.distance()};
-  if (acceleration_.upsideDown()) {
-    report_.gyro.state = ChannelState::faulty;
-    report_.gyro.cause = FaultCause::gravity;
-  } else if (isFaulty(report_.gyro)) {
-    report_.gyro.cause = yaw_.reversed() ? FaultCause::sign
-                         : yaw_.frozen() ? FaultCause::frozen
-                                         : FaultCause::prediction;
-  }
-}
-
-void FaultMonitor::checkAccelerometer(const Observation& observation, const SampleStep& step) {
-  report_.shaken = false;
-  if (!observation.valid.acceleration) return;
-  acceleration_.check(observation, wheelsTurn(), forwardSpeed(), step);
-  report_.accelerometer = {acceleration_.state(), FaultCause::none, acceleration_.distance()};
-  report_.shaken = acceleration_.shaken();
-  if (!isFaulty(report_.accelerometer)) return;
-  report_.accelerometer.cause = acceleration_.upsideDown() ? FaultCause::gravity
-                                : acceleration_.frozen()   ? FaultCause::frozen
-                                                           : FaultCause::prediction;
+  faults::WheelMotion wheels;
+  const faults::Normal left = left_.turns(observation.valid.wheel_left && !isFaulty(report_.wheel_left));
+  const faults::Normal right = right_.turns(observation.valid.wheel_right && !isFaulty(report_.wheel_right));
+  const double variance = square(rolling_radius_) * (left.variance + right.variance);
+  if (!model_.on_box) wheels.difference = {rolling_radius_ * (right.mean - left.mean), variance};
+  wheels.forward = {0.5 * rolling_radius_ * (left.mean + right.mean), model_.on_box ? 0.0 : 0.25 * variance};
+  wheels.turn = wheelsTurn();
+  wheels.trusted = trusted || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
+  wheels.to_stand = was_to_stand_ && !left_.suspecting() && !right_.suspecting();
+  wheels.pushed = wheels_turned_;
+  body_.check(observation, wheels, step);
+  report_.gyro = {body_.gyro(), causeOf(body_.gyroFault()), 0.0, body_.gyroFaulty()};
+  report_.accelerometer = {body_.accelerometer(), causeOf(body_.accelerometerFault()), 0.0,
+                           body_.accelerometerFaulty()};
+  report_.shaken = body_.shaken();
+  report_.moved = report_.moved || body_.moved();
 }
 
 /// Uses the measured wheels and an accelerometer that counts.
@@ -433,15 +383,14 @@ void FaultMonitor::checkTraction(const Observation& observation, double step) {
 
 void FaultMonitor::restart() {
   predict();
-  started_ = was_to_stand_ = wheels_turned_ = body_moved_ = false;
+  started_ = was_to_stand_ = wheels_turned_ = false;
   known_ = 0.0;
   followed_ = false;
   followed_command_ = {};
   report_ = FaultReport{};
   evidence_ = Evidence{};
   yaw_tells_ = false;
-  yaw_.restart();
-  acceleration_.restart();
+  body_.restart();
   traction_.restart();
   witness_.reset();
   turn_ = TurnAgreement();
@@ -456,8 +405,7 @@ void FaultMonitor::forgetEncoders() {
 void FaultMonitor::reset() {
   restart();
   forgetEncoders();
-  yaw_ = YawMonitor(parameters_, geometryOf(model_, geometry_).effective_track);
-  acceleration_ = AccelerationMonitor(parameters_);
+  body_ = faults::BodyMonitor(parameters_, geometryOf(model_, geometry_).effective_track, model_.on_box);
   traction_ = TractionBelief(0.0);
 }
 

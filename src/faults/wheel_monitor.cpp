@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -55,6 +56,13 @@ constexpr double kTolerance = 1e-6;
 constexpr double kMisfitMemory = 10.0;
 constexpr double kMisfit = 3.0;
 constexpr double kAnyMisfit = 0.3;
+
+/// ln of the odds of repetitions from which an encoder is frozen: faults begin once in a day of driving, with one of
+/// 50 samples a second, and a false alarm costs ten times as much as a second.
+constexpr double kSilent = 18.0;
+
+/// Uncertainty of a measurement outside the reachable interval, in multiples of its distance from the interval.
+constexpr double kDoubtful = 5.0;
 
 /// A wheel is behind if the commanded speed exceeds this multiple of its speed, plus an offset [rad/s], for this time
 /// [s]. The offset of a wheel at rest: a motor with 0.8 of its gain and a deadband of 0.5 rad/s starts at 1.25 rad/s.
@@ -129,7 +137,6 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       identified_(model.identified),
       change_(kMemory),
       persistence_(parameters.persistence()),
-      repetition_(parameters.frozen_samples),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)),
       least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
 
@@ -226,9 +233,17 @@ void WheelMonitor::holdIntervals(double step) {
   }
 }
 
-double WheelMonitor::uncertainty() const {
-  const auto [low, high] = hold_.longest() > 0.0 ? held_.possible : possible();
-  return speedVariance() + (high - low) * (high - low);
+faults::Normal WheelMonitor::turns(bool measured) const {
+  if (!measured) {
+    const auto [low, high] = hold_.longest() > 0.0 ? held_.possible : possible();
+    return {belief_.speed(), speedVariance() + square(high - low)};
+  }
+  // The belief, which has less noise, moved to within the noise of the measurement. Held values and values outside the
+  // reachable interval are uncertain.
+  const double variance = parameters_.wheel_variance + resolutionVariance(), noise = kNoise * std::sqrt(variance);
+  const auto beyond = [noise](double error) { return error - std::clamp(error, -noise, noise); };
+  const double off = beyond(measured_ - belief_.speed()), held = hold_.held() > 0.0 ? off : 0.0;
+  return {belief_.speed() + off, variance + square(held) + square(kDoubtful * beyond(error_))};
 }
 
 double WheelMonitor::variance() const {
@@ -321,15 +336,24 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   // While the speed changes, alternating changes are motion and not noise.
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
-  // What gear and motor add to the speed grows with it: noise of fast driving is none to be missed in slow.
-  const double share = std::min(1.0, std::abs(measurement) / std::max(repetition_.noisyValue(), kRestSpeed));
-  const bool silent = repetition_.update(measurement, may_rest, kResolution, explained, share);
-  quantum_ = std::min(repetition_.quantum(), kCoarsestStep);
-  const bool repeats = repetition_.repeats();
+  const bool repeats = repetition_.repeats(measurement);
+  constexpr auto kKind = faults::Repetition::moving;  // noise at rest is that of a wheel that turns
+  if (repeats && may_rest) {
+    silence_ = 0.0;
+    repetition_.pass(measurement);
+  } else {
+    silence_ = repeats ? silence_ - repetition_.logChance(measurement, kKind) : 0.0;
+    const double healthy = 1.0 / (1.0 + std::exp(silence_ - kSilent));
+    repetition_.update(measurement, explained, kKind, healthy);
+  }
+  const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;
+  quantum_ = std::min(repetition_.resolution(), kCoarsestStep);
   const double least = repeats ? leastMissed(measurement) : 0.0;
   const bool missed =
       missed_motion_.update(measurement, repeats, reachable_.low(), reachable_.high(), least, step, hold_.longest());
-  return silent || (missed && parameters_.frozen_samples > 0);
+  const bool may_stand = std::abs(measurement) < thresholds::kRest &&
+                         std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < kStiction;
+  return parameters_.frozen_samples > 0 && (silent || (missed && !may_stand));
 }
 
 /// Motion that a working encoder must show [rad/s].
@@ -345,7 +369,8 @@ bool WheelMonitor::commandedToRest() const {
 }
 
 void WheelMonitor::freezeWithTheOther() {
-  if (repetition_.repeatsForLong()) frozen_ = suspect_ = true;
+  const int samples = parameters_.frozen_samples;
+  if (samples > 0 && repetition_.run() >= samples) frozen_ = suspect_ = true;
 }
 
 bool WheelMonitor::fasterThanCommanded() const {

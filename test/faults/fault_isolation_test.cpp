@@ -298,16 +298,14 @@ TEST(FaultIsolation, AWheelThatWasHeldUpAndIsOnItsWayAgainIsNoFaultAndCounts) {
 TEST(FaultIsolation, TheGyroIsNotJudgedByAWheelThatIsSuspect) {
   for (const bool left : {true, false}) {
     Robot robot = settled();
-    robot.drive(kStraight, 1, [](Observation& y) { y.yaw_rate += 0.02; });
-    const double before = robot.monitor.report().gyro.distance;
-    EXPECT_GT(before, 0.1);
+    const double before = robot.monitor.report().gyro.probability;
     const FaultReport& report = robot.drive(kStraight, 1, [&](Observation& y) {
       (left ? y.wheel_left : y.wheel_right) += 10.0;
       y.yaw_rate += 0.5;
     });
     EXPECT_EQ((left ? report.wheel_left : report.wheel_right).state, ChannelState::outlier);
     EXPECT_EQ(report.gyro.state, ChannelState::ok);
-    EXPECT_EQ(report.gyro.distance, before) << "keeps its verdict";
+    EXPECT_NEAR(report.gyro.probability, before, 1e-4);
   }
 }
 
@@ -323,30 +321,6 @@ TEST(FaultIsolation, TheGyroIsJudgedByTheOtherWheelOnceAnEncoderIsFaulty) {
     });
     EXPECT_EQ(report.gyro.state, ChannelState::faulty);
   }
-}
-
-TEST(FaultIsolation, AsFarAsAWheelIsOffItsPredictionTheTurnIsNotKnown) {
-  // The right encoder is faulty; the left one is off by more than noise, for one sample: of the variance of the
-  // difference speed this makes 25 times the square of what is beyond three deviations.
-  const auto distance = [](double off, bool valid) {
-    Robot robot = settled();
-    const auto wrong = [](Observation& y) { y.wheel_right -= 3.0; };
-    robot.drive(kStraight, 15, wrong);
-    return robot
-        .drive(kStraight, 1,
-               [&](Observation& y) {
-                 wrong(y);
-                 y.wheel_left += off;
-                 y.valid.wheel_left = valid;
-                 y.yaw_rate += 0.3;
-               })
-        .gyro.distance;
-  };
-  EXPECT_NEAR(distance(0.5, true), 0.3 / (5.0 * kPerWheel * 5.0 * (0.5 - 3.0 * 0.03)), 0.01);
-  EXPECT_NEAR(distance(0.9, true), 0.3 / (5.0 * kPerWheel * 5.0 * (0.9 - 3.0 * 0.03)), 0.01);
-  EXPECT_LT(distance(2.0, true), 1e-3) << "so far off nothing is known of the turn";
-  EXPECT_GT(distance(2.0, false), 2.0) << "a wheel that is not measured is where it is predicted";
-  EXPECT_GT(distance(0.0, true), 2.0);
 }
 
 TEST(FaultIsolation, ChannelsThatWereLostAreJudgedAgain) {
@@ -564,50 +538,37 @@ TEST(FaultIsolation, ARobotThatDrivesIsNotMoved) {
 TEST(FaultIsolation, ACollisionTakesTheSpeedOfTheBody) {
   GeometryParameters geometry;
   geometry.slip_factor = 0.8;
-  const auto afterTaking = [&](double part) {
+  const auto afterTaking = [&](double part, int samples) {
     Robot robot({}, model(), geometry);
     robot.noise = 0.0;
     robot.drive(kFast, 300);
     const double speed = kRadius * geometry.slip_factor * kFast.left;
-    return robot.drive(kFast, 1, [&](Observation& y) { y.acceleration_x -= part * speed / 0.02; }).accelerometer.state;
+    return robot.drive(kFast, samples, [&](Observation& y) { y.acceleration_x -= part * speed / 0.02; })
+        .accelerometer.state;
   };
-  EXPECT_EQ(afterTaking(1.2), ChannelState::ok);
-  EXPECT_EQ(afterTaking(1.4), ChannelState::outlier);
+  EXPECT_EQ(afterTaking(1.2, 1), ChannelState::ok);
+  EXPECT_EQ(afterTaking(0.2, 25), ChannelState::faulty) << "five times the speed there is";
 }
 
 TEST(FaultIsolation, ABodyMayAccelerateAsFastAsItsDriveTrainsMay) {
   PlantModel real = model();
   real.acceleration_limit *= 2.7;
-  const auto largestDistance = [&](const WheelCommand& from, const WheelCommand& to, double more) {
+  const auto largestDoubt = [&](const WheelCommand& from, const WheelCommand& to, double more) {
     Robot robot({}, model(), real);
     robot.noise = 0.0;
     robot.drive(from, 300);
     double largest = 0.0;
     for (int k = 0; k < 15; ++k) {
       robot.drive(to, 1, [&](Observation& y) { y.acceleration_x += std::abs(y.acceleration_x) > 1.0 ? more : 0.0; });
-      largest = std::max(largest, robot.monitor.report().accelerometer.distance);
+      const ChannelHealth& health = robot.monitor.report().accelerometer;
+      largest = std::max(largest, health.state == ChannelState::faulty ? 1.0 : health.probability);
     }
     return largest;
   };
-  EXPECT_LT(largestDistance(kStand, kFast, 0.0), 0.1);
-  EXPECT_LT(largestDistance(kFast, kStand, 0.0), 0.1);
-  EXPECT_GT(largestDistance(kStand, kFast, 20.0), 1.0);
-  EXPECT_GT(largestDistance(kFast, kStand, -20.0), 1.0);
-}
-
-TEST(FaultIsolation, AnAccelerationInAnArcMakesTheTurnUncertainAndOneOnAStraightLineDoesNot) {
-  const auto distance = [](const WheelCommand& from, const WheelCommand& to, double error) {
-    Robot robot = settled(from, exactParameters(), exactModel());
-    robot.drive(to, 14);
-    return robot.drive(to, 1, [&](Observation& y) { y.yaw_rate += error; }).gyro.distance;
-  };
-  const WheelCommand slow{3.0, 6.0}, fast{13.0, 16.0};
-  EXPECT_GT(distance(slow, slow, 0.3), 2.0);
-  // By 1.65 m/s^2 at x = 0.294 m/s: a deviation of 0.09 rad/s, and what the change of the motion adds.
-  EXPECT_LT(distance(slow, fast, 0.3), 1.0);
-  EXPECT_GT(distance(slow, fast, 0.3), 0.3);
-  EXPECT_GT(distance(kStraight, {15.0, 15.0}, 0.1), 1.0);
-  EXPECT_LT(distance({-2.0, 2.0}, {-12.0, 12.0}, 0.1), 0.3) << "a turn that begins comes late";
+  EXPECT_LT(largestDoubt(kStand, kFast, 0.0), 0.01);
+  EXPECT_LT(largestDoubt(kFast, kStand, 0.0), 0.01);
+  EXPECT_GT(largestDoubt(kStand, kFast, 20.0), 0.9);
+  EXPECT_GT(largestDoubt(kFast, kStand, -20.0), 0.9);
 }
 
 TEST(FaultIsolation, AJoltThatTheAccelerometerSawIsNoFaultOfTheGyro) {
@@ -620,11 +581,11 @@ TEST(FaultIsolation, AJoltThatTheAccelerometerSawIsNoFaultOfTheGyro) {
       y.yaw_rate += 0.5;
       y.valid.acceleration = has_accelerometer;
     });
-    EXPECT_EQ(report.shaken, has_accelerometer);
+    EXPECT_TRUE(report.shaken);
     return report.gyro.state;
   };
   EXPECT_EQ(gyroAfter(true), ChannelState::ok);
-  EXPECT_EQ(gyroAfter(false), ChannelState::outlier);
+  EXPECT_EQ(gyroAfter(false), ChannelState::ok);
 }
 
 // What is known of the commands.
@@ -775,12 +736,13 @@ TEST(FaultIsolation, ResetForgetsBiasAndInclination) {
     robot.drive(kStand, 300, [](Observation& y) { y.yaw_rate = 0.045, y.acceleration_x = 2.0; });
     if (reset) robot.monitor.reset();
     if (!reset) robot.monitor.restart();
-    robot.drive(kStand, 1, [&](Observation& y) { y.yaw_rate = yaw_rate, y.acceleration_x = acceleration; });
+    robot.noise = 0.1;
+    robot.drive(kStand, 25, [&](Observation& y) { y.yaw_rate += yaw_rate, y.acceleration_x += acceleration; });
     return robot.monitor.report().valid();
   };
-  EXPECT_TRUE(valid(true, 0.0, 2.0).all());
+  EXPECT_TRUE(valid(true, -0.045, 2.0).all());
   EXPECT_TRUE(valid(true, 0.045, -2.0).all());
-  EXPECT_FALSE(valid(false, 0.0, 2.0).yaw_rate) << "a restart does not";
+  EXPECT_FALSE(valid(false, -0.045, 2.0).yaw_rate) << "a restart does not";
   EXPECT_FALSE(valid(false, 0.045, -2.0).acceleration);
 }
 

@@ -69,30 +69,6 @@ class RecentChange {
   double value_ = 0.0;
 };
 
-/// Variance that an uncertain delay gives to a prediction: the square of how much the prediction changed within the
-/// delay's standard deviation. It fades slowly, because what comes later than predicted is still on its way when its
-/// prediction has passed.
-class TimingVariance {
- public:
-  /// Time in which it fades [s].
-  static constexpr double kFading = 0.1;
-
-  /// @param deviation standard deviation of the delay [s].
-  explicit TimingVariance(double deviation) : change_(deviation) {}
-
-  /// Adds a rate of the predicted quantity [1/s] over a step [s].
-  void add(double rate, double step) {
-    change_.add(rate, step);
-    value_ = std::max((1.0 - step / kFading) * value_, change_.value() * change_.value());
-  }
-
-  double value() const { return value_; }  ///< of the prediction now
-
- private:
-  RecentChange change_;
-  double value_ = 0.0;
-};
-
 /// Verdict on a channel.
 enum class ChannelState {
   ok,       ///< its samples count
@@ -138,90 +114,6 @@ class Persistence {
   std::uint64_t recent_ = 0;  // those of the suspect ones, the last sample lowest
   double good_time_ = 0.0;
   ChannelState state_ = ChannelState::ok;
-};
-
-/// Time within which one instrument feels what another has seen happen to the body [s].
-inline constexpr double kAtOnce = 0.06;
-
-/// Finds a frozen source whose stamps are fresh by the noise that it lacks: a value that carries noise never repeats to
-/// the bit for long.
-///
-/// Only changes to and fro that nothing explains count as noise: motion goes on in its direction. A run of repetitions
-/// is suspect when it is at least the given length and less likely than kChance by what is known of this channel: with
-/// n noisy samples and m repetitions the chance of another repetition is (m + k p)/(n + m + k). Its prior p = q/(2 c)
-/// follows from the resolution q, the smallest change, and the usual change c of the noise: Gaussian noise of deviation
-/// s far above q repeats with a chance of q/(2 sqrt(pi) s), 0.34 q/c. It weighs as much as k = 50 samples, so that a
-/// channel of fine resolution need not be known for long: some samples of its noise are enough, at rest too. Every run
-/// teaches. A channel that carries no noise (a simulation without it), or less than its own resolution, is never
-/// suspect: it stands still for as long as what it measures does.
-class RepetitionTest {
- public:
-  /// Explains every change: a sample with it says nothing of the noise.
-  static constexpr double kAnyChange = std::numeric_limits<double>::infinity();
-
-  /// @param samples shortest suspect run; 0: no run is suspect.
-  explicit RepetitionTest(int samples) : samples_(samples) {}
-
-  /// Takes a sample; true while it continues a suspect run. @param expected true if a repetition would be normal here
-  /// (a wheel at rest): it ends a run and is not counted; a change still shows the noise. @param resolution
-  /// changes below this are no noise. @param explained how far the value may have changed since the last sample without
-  /// any noise; @param share of the usual noise that this value carries.
-  bool update(double value, bool expected, double resolution, double explained = 0.0, double share = 1.0);
-
-  /// Takes a sample whose noise is none of this test: as an expected one of which anything explains the change.
-  void pass(double value, double resolution);
-
-  /// Mean magnitude of the values whose noise is the usual one; 0 before there were some.
-  double noisyValue() const { return noisy_value_; }
-
-  /// The last samples repeat, as many as make the shortest suspect run.
-  bool repeatsForLong() const { return samples_ > 0 && run_ >= samples_; }
-  bool repeats() const { return run_ > 0; }  ///< the last sample equals the one before
-
-  /// Resolution of the channel: the smallest change of all; 0 before there were some.
-  double quantum() const { return changes_ >= kFewChanges ? quantum_ : 0.0; }
-
- private:
-  static constexpr double kChance = 1e-9;
-  double take(double value, double resolution);
-  void learnRun();
-  void learnExpected(double value);
-  void learnChange(double change, double explained);
-  void countNoise(double size);
-  bool carriesNoise(double noise, double resolution) const;
-  double expectedChance(double noise) const;  // of a channel that carries noise
-
-  int samples_;
-  int run_ = 0;          // repetitions so far
-  double chance_ = 1.0;  // of the run
-  // NaN before the first, which repeats and changes nothing.
-  double last_ = std::numeric_limits<double>::quiet_NaN();
-  static constexpr int kFewChanges = 10;
-  double quantum_ = std::numeric_limits<double>::infinity();  // smallest change above the resolution
-  int changes_ = 0;                                           // of these, up to kFewChanges
-  double last_change_ = 0.0;
-  double uncounted_ = 0.0;     // size of the last change, if nothing explains it and it is not counted as noise
-  double usual_change_ = 0.0;  // mean |change| of the last samples that nothing explains
-  double noisy_value_ = 0.0;   // mean |value| of them
-  double noisy_ = 0.0;         // samples counted, in a fading memory
-  double repeats_ = 0.0;
-};
-
-/// RepetitionTest of a sensor whose noise at rest says nothing of that while it moves: its driver may filter
-/// differently.
-class MotionRepetitionTest {
- public:
-  /// @param samples as RepetitionTest.
-  explicit MotionRepetitionTest(int samples) : at_rest_(samples), moving_(samples) {}
-
-  /// Takes a sample; true while it continues a suspect run. @param expected, resolution as RepetitionTest.
-  bool update(double value, bool moving, bool expected, double resolution) {
-    (moving ? at_rest_ : moving_).pass(value, resolution);
-    return (moving ? moving_ : at_rest_).update(value, expected, resolution);
-  }
-
- private:
-  RepetitionTest at_rest_, moving_;
 };
 
 /// Learns for how long a source holds its value between renewals, for example encoders renewed at 4 Hz and published at

@@ -3,13 +3,11 @@
 /// @file
 /// Fault detection per channel from prediction errors, for every controller.
 ///
-///     predict    each wheel from the commands really applied (drive train model), the yaw rate from the wheels and the
-///                learned slip, the accelerometer from the wheels and the learned direction of gravity
-///     compare    squared Mahalanobis distance e' S^-1 e of the prediction error against its learned covariance
-///     exclude    a sample beyond Chebyshev's bound sqrt(n / alpha) is an outlier: precision zero for this sample
-///     declare    K of N samples make a fault: precision zero until the channel has been good for a while
-///     isolate    a wheel that does not follow its command: does the gyro agree with its encoder or with the
-///     prediction?
+///     wheels     prediction errors against the commands really applied (wheel_monitor.hpp): an error beyond
+///                Chebyshev's bound is an outlier, K outliers among N samples are a fault
+///     isolation  a wheel that does not follow its command: does the gyro agree with its encoder or with the
+///                prediction?
+///     gyro, accelerometer, body    hypotheses, compared by their evidence (body_monitor.hpp)
 ///
 /// The predictions carry no wish: nothing here knows the set point. (After Baioumy, Pezzato, Ferrari and Hawes,
 /// "Unbiased active inference for classical control" (2021), and Pezzato, Baioumy, Hernandez Corbato, Hawes, Wisse and
@@ -30,15 +28,15 @@
 
 #include <optional>
 
-#include "jackal_aic/faults/acceleration_monitor.hpp"
+#include "jackal_aic/faults/body_monitor.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/turn_witness.hpp"
 #include "jackal_aic/faults/wheel_monitor.hpp"
-#include "jackal_aic/faults/yaw_monitor.hpp"
 #include "jackal_aic/model/geometry.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/traction_belief.hpp"
+#include "jackal_aic/model/turn_agreement.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
@@ -56,7 +54,8 @@ enum class FaultCause {
 struct ChannelHealth {
   ChannelState state = ChannelState::ok;  ///< whether it counts
   FaultCause cause = FaultCause::none;    ///< why it does not
-  double distance = 0.0;  ///< Mahalanobis distance of the last prediction error, in multiples of Chebyshev's bound
+  double distance = 0.0;                  ///< of a wheel's last prediction error, in multiples of Chebyshev's bound
+  double probability = 0.0;               ///< that a gyro or an accelerometer that counts is faulty
 };
 
 /// What the monitor thinks of the robot after a sample.
@@ -145,15 +144,11 @@ class FaultMonitor {
   void hearWitnesses(const Observation& observation, double step);
   void blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive);
   void compareWithModel(const Observation& observation, double step);
-  void concludeBodyMoved();
   bool wheelsTurn() const;
-  void checkGyro(const Observation& observation, const SampleStep& step);
-  void checkAccelerometer(const Observation& observation, const SampleStep& step);
+  void checkBody(const Observation& observation, double step);
   void checkTraction(const Observation& observation, double step);
   bool yawTells(const Observation& observation) const;
   double forwardSpeed() const;
-  double differenceSpeed() const;
-  double differenceVariance(const Observation& observation) const;
 
   FaultParameters parameters_;
   GeometryParameters geometry_;
@@ -161,12 +156,11 @@ class FaultMonitor {
   double rolling_radius_;  // r alpha [m]
   WheelMonitor left_;
   WheelMonitor right_;
-  YawMonitor yaw_;
+  faults::BodyMonitor body_;
   TurnWitness witness_;
   TurnAgreement turn_;                              // of the body with the measured wheels
   double off_model_ = 0.0;                          // time for which a wheel turns beyond what its commands allow [s]
   double off_measured_ = 0.0, off_expected_ = 0.0;  // angles of such wheels in that time [rad]
-  AccelerationMonitor acceleration_;
   TractionBelief traction_{0.0};
   Driven driven_;  // that the predictions have not followed yet
   FaultReport report_;
@@ -174,7 +168,6 @@ class FaultMonitor {
   bool yaw_tells_ = false;
   bool was_to_stand_ = false;   // when no wheel was suspect last
   bool wheels_turned_ = false;  // from outside
-  bool body_moved_ = false;     // from outside
   double stamp_ = 0.0;
   bool started_ = false;
   bool followed_ = false;          // since the last sample the commands were not known

@@ -21,7 +21,6 @@ struct FaultParameters : SensorNoise {
   double gain_deviation = 0.1;            ///< standard deviation of the plant's gain, relative
   double slowest_acceleration = 0.5;      ///< of the plant, in multiples of its model's acceleration limit
   double fastest_acceleration = 3.0;      ///< of the plant, in multiples of its model's acceleration limit
-  double yaw_delay_deviation = 0.05;      ///< standard deviation of the delay of the yaw behind the wheels [s]
   double slip_deviation = 0.2;  ///< standard deviation of 1/b_hat, relative, after a change of speed by 0.5 m/s
   double largest_bias = 0.05;   ///< of the gyro; a larger one is a fault [rad/s]
 
@@ -42,7 +41,6 @@ void describeFields(Visitor& v, FaultParameters& p) {
   v.field("gain_deviation", p.gain_deviation, {0.0, 1.0}, "", Presence::optional);
   v.field("slowest_acceleration", p.slowest_acceleration, {0.01, 1.0}, "", Presence::optional);
   v.field("fastest_acceleration", p.fastest_acceleration, {1.0, 100.0}, "", Presence::optional);
-  v.field("yaw_delay_deviation", p.yaw_delay_deviation, {0.0, 1.0}, "s", Presence::optional);
   v.field("slip_deviation", p.slip_deviation, {0.0, 1.0}, "", Presence::optional);
   v.field("largest_bias", p.largest_bias, {1e-4, 10.0}, "rad/s", Presence::optional);
 }

@@ -8,9 +8,11 @@
 #include <cstddef>
 
 #include "jackal_aic/faults/channel_monitor.hpp"
+#include "jackal_aic/faults/density.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/prediction_envelope.hpp"
 #include "jackal_aic/faults/reachable_speeds.hpp"
+#include "jackal_aic/faults/repetition.hpp"
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/drive_train_belief.hpp"
 #include "jackal_aic/model/plant_model.hpp"
@@ -98,7 +100,9 @@ class WheelMonitor {
   /// Declares the encoder faulty because gyro and commands contradict it.
   void declareWrong() { persistence_.declareFaulty(); }
 
-  double uncertainty() const;  ///< variance of speed(), uncertain drive train included [(rad/s)^2]
+  /// Speed of the wheel [rad/s] with its variance. @param measured use the measurement; otherwise the belief, with the
+  /// uncertainty of its drive train.
+  faults::Normal turns(bool measured) const;
 
  private:
   struct Interval {
@@ -144,7 +148,8 @@ class WheelMonitor {
   RecentChange change_;
   LearnedVariance learned_;
   Persistence persistence_;
-  RepetitionTest repetition_;
+  faults::Repetition repetition_;
+  double silence_ = 0.0;  // ln of the odds of the repetitions so far that the encoder is frozen
   double quantum_ = 0.0;  // resolution of the encoder; 0 before it is known [rad/s]
   MissedMotion missed_motion_;
   SampleHold hold_;

@@ -1,0 +1,398 @@
+#include "jackal_aic/faults/body_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+
+#include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/gravity.hpp"
+#include "jackal_aic/model/thresholds.hpp"
+
+namespace jackal_aic::faults {
+namespace {
+
+// How often hypotheses begin [1/s], and how long they last on average [s].
+constexpr double kFaultRate = 1e-5, kRepairTime = 100.0;  // one in a day of driving
+constexpr double kSlideRate = 0.05, kSlideTime = 0.3;     // a sill, a jolt, ice
+constexpr double kStrikeRate = 0.003, kStrikeTime = 0.1;  // a kerb
+constexpr double kGlitchRate = 1e-4, kGlitchTime = 0.03;  // an offset of the gyro that ends by itself
+constexpr double kPushRate = 0.01, kPushTime = 2.0;       // somebody moves a robot that is to stand
+constexpr double kGroundTime = 3.0;                       // after which another slip is the usual one
+constexpr double kEndsOnGround = 0.25;                    // share of slides that end on another ground, of each kind
+constexpr double kLeastRate = 1e-7;                       // at which anything begins whatever else is believed
+
+constexpr double kMounted = 1e-3;  // chance that an IMU is mounted in another way than tf says, of each way
+
+// How large they are.
+constexpr double kOffsetScale = 1.0;       // standard deviation of an offset of the gyro [rad/s]
+constexpr double kStrike = 0.2;            // standard deviation of a strike [rad/s]
+constexpr double kOtherSlip = 0.4;         // standard deviation of another ground's slip, relative
+constexpr double kPull = 0.05;             // standard deviation of the turn by the speed, in multiples of v/b_hat
+constexpr double kBodyAcceleration = 1.5;  // of a body that does not follow its wheels [rad/s^2], and the same by
+constexpr double kHandling = 10.0;         // of a body that somebody moves [rad/s^2]
+constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [1/s]
+
+// Share of samples in which the accelerometer is jolted: of a ground before it is known, where the body slides, and
+// where it is struck. The first is learned.
+constexpr double kJolts = 0.02, kJoltsSliding = 0.3, kJoltsStruck = 0.8, kJoltsMoved = 0.95;
+constexpr double kJoltsMemory = 20.0;  // s
+constexpr double kOutliers = 1e-3;     // share of samples of the gyro that are anything at all
+
+// Decision. Costs are multiples of that of a wrong name.
+constexpr double kFalseAlarm = 10.0;  // of a verdict where nothing is wrong
+constexpr double kOverlooked = 20.0;  // of a fault that is taken for motion from outside
+constexpr double kWaiting = 2.5;      // of a second without a verdict
+constexpr double kDoubt = 0.9;        // probability of a fault from which waiting costs
+constexpr double kCertainty = 0.99;   // probability by which a verdict is withdrawn
+constexpr double kMovedFor = 0.1;     // time after which a robot is not moved any more [s]
+constexpr double kSureOdds = 5.0;     // ln of the odds by which a sensor counts again
+constexpr double kMostOdds = 10.0;
+
+constexpr double kDeadZone = 0.05;  // largest yaw rate for which drivers publish zero instead [rad/s]
+constexpr double kSteepest = 0.7;   // of gravity: 45 degrees
+constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, standard deviation [m]
+constexpr double kLate = 0.1;       // time within which an uncertain speed is an uncertain acceleration [s]
+constexpr double kShaken = 0.2;     // time for which a body goes on rocking [s]
+constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
+constexpr double kFar = 9.0;        // squared distance of a value from its prediction that has left it
+
+double half(double a, double b) { return logMixture(0.5, a, b); }
+
+}  // namespace
+
+BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_track, bool on_box)
+    : parameters_(parameters),
+      on_box_(on_box),
+      yaw_(parameters, effective_track, on_box),
+      mirrored_(yaw_),
+      forward_(parameters.accelerometer_variance, kSteepest * kGravity, kLever),
+      vertical_(parameters.accelerometer_variance, (1.0 - kSteepest) * kGravity, 0.0),
+      gyro_offset_(square(kOffsetScale), parameters.largest_bias),
+      slip_offset_(square(kOtherSlip / effective_track)),
+      pull_offset_(square(kPull / effective_track)),
+      jolts_(kJolts) {
+  restart();
+  for (const Hypothesis h : {kGyroReversed, kUpsideDown}) alpha_[h] = kMounted;
+  alpha_[kHealthy] = 1.0 - 2.0 * kMounted;
+}
+
+void BodyMonitor::forget() {
+  alpha_.fill(0.0);
+  alpha_[kHealthy] = 1.0;
+  said_ = kHealthy;
+  suspicious_ = good_ = 0.0;
+}
+
+void BodyMonitor::restart() {
+  forget();
+  gyro_ = accelerometer_ = Excluded{};
+  since_jolt_ = kShaken;
+  start();
+}
+
+void BodyMonitor::start() {
+  yaw_.restart();
+  mirrored_.restart();
+  difference_change_ = forward_change_ = 0.0;
+}
+
+void BodyMonitor::predict(const double* forward_rates, const double* lowest, const double* highest,
+                          const double* difference_rates, std::size_t number, double step) {
+  const double fading = step / kFading;
+  for (std::size_t i = 0; i < number; ++i) {
+    forward_change_ += forward_rates[i] * step;
+    difference_change_ += difference_rates[i] * step;
+    lowest_ = std::min(lowest[i], lowest_ - fading * lowest_);
+    highest_ = std::max(highest[i], highest_ - fading * highest_);
+    rate_ = forward_rates[i];
+  }
+}
+
+double BodyMonitor::gyroFaulty() const {
+  return alpha_[kGyroGlitch] + alpha_[kGyroFrozen] + alpha_[kGyroOffset] + alpha_[kGyroReversed] + alpha_[kUpsideDown];
+}
+
+double BodyMonitor::accelerometerFaulty() const {
+  return alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset] + alpha_[kUpsideDown];
+}
+
+bool BodyMonitor::shaken() const { return since_jolt_ < kShaken || alpha_[kStruck] > 0.5; }
+
+BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMotion& wheels, double step) {
+  const Normal& x = wheels.difference;
+  const double v = wheels.forward.mean, s = yaw_.slope(), turn = s * difference_change_;
+  const double last_error = gyro_error_;
+  const double e = gyro_error_ = yaw_rate - yaw_.mean(x.mean, v), S = gyro_variance_ = yaw_.variance(x, v);
+  const bool repeats = gyro_repetition_.repeats(yaw_rate), zero = yaw_rate == 0.0;
+  if (!repeats) predicted_ = yaw_rate - e;
+  // A value is left behind where the prediction has gone away from it since it is new. A driver may have a dead zone:
+  // its zeros say nothing of a robot that need not turn.
+  turning_ = yaw_.leastTurn(x) > kDeadZone;
+  const bool left = zero ? turning_ : square(e) > kFar * S && square(yaw_rate - e - predicted_) > kFar * S;
+  gyro_kind_ = left ? Repetition::under_way : wheels.turn ? Repetition::moving : Repetition::rest;
+  const double chance = repeats && zero && !turning_ ? 0.0 : gyro_repetition_.logChance(yaw_rate, gyro_kind_);
+  GyroEvidence g;
+  const double free =
+      square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) + square(turn) + 2.0 * yaw_.noise();
+  const double taken_back = -std::expm1(-step / kStrikeTime) * last_error;
+  const double usual = logStudent(square(e), S), any = std::log(kOutliers) + logNormal(e, square(kOffsetScale));
+  gyro_outlier_ = any > usual;
+  g.healthy = logSum(usual, any);
+  g.slides = logNormal(yaw_rate - yaw_rate_, free);
+  g.slides_begins = logNormal(e, free + S);  // from where its wheels had it
+  g.struck = logStudent(square(e - last_error + taken_back),
+                        square(kPaceDoubt * taken_back) + square(turn) + S + yaw_.noise());
+  g.struck_begins = logNormal(e, square(kStrike) + S);
+  g.ground = slip_offset_.stays(e, S, x.mean);
+  // No body jumps: the new slip is what it has come to.
+  g.ground_begins = g.slides - 0.5 * square(e) / (S + square(kOtherSlip * s * x.mean));
+  g.pulled = pull_offset_.stays(e, S, v);
+  g.pulled_begins = g.slides - 0.5 * square(e) / (S + square(kPull * s * v));
+  g.moved = logNormal(yaw_rate - yaw_rate_, square(kHandling * step) + 2.0 * yaw_.noise());
+  g.moved_begins = logNormal(e, square(kOffsetScale) + S);
+  g.offset = gyro_offset_.stays(e, S);
+  g.offset_begins = gyro_offset_.begins(e, S);
+  // On a straight line a gyro of the wrong sign agrees with everybody.
+  g.reversed =
+      turning_ ? logStudent(square(-yaw_rate - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v)) : g.healthy;
+  g.frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
+  // No ground turns a body against its wheels, and a swing against them ends.
+  const double asked = s * x.mean, part = std::min((yaw_rate - yaw_.bias()) / asked, 0.0);
+  if (std::abs(asked) > thresholds::kTurning && part < 0.0) {
+    const double against = 0.5 * square(part / (0.5 * kOtherSlip)), swing = 0.5 * square(std::max(part, -1.0));
+    g.ground -= against;
+    g.ground_begins -= against;
+    g.slides -= swing;
+    g.struck -= swing;
+  }
+  const std::initializer_list<double*> densities = {&g.healthy,       &g.slides,  &g.slides_begins, &g.struck,
+                                                    &g.struck_begins, &g.ground,  &g.ground_begins, &g.pulled,
+                                                    &g.pulled_begins, &g.moved,   &g.moved_begins,  &g.offset,
+                                                    &g.offset_begins, &g.reversed};
+  double best = g.healthy;
+  for (const double* p : densities) best = std::max(best, *p);
+  for (double* p : densities) *p = chance + (repeats ? logUnless(gyro_repetition_.held(yaw_rate), *p - best) : *p);
+  if (repeats) g.frozen = zero ? std::log(0.5) : 0.0;
+  return g;
+}
+
+BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observation& y, const WheelMotion& wheels,
+                                                                 double step) {
+  const Repetition::Kind kind = wheels.turn ? Repetition::moving : Repetition::rest;
+  // What the drive train may do explains all of an error within its range.
+  const double yaw_rate = y.valid.yaw_rate ? y.yaw_rate : 0.0;
+  const double left = y.acceleration_x - rate_ - forward_.beside(yaw_rate);
+  const double possible = std::clamp(left, std::min(0.0, lowest_ - rate_), std::max(0.0, highest_ - rate_));
+  const double doubt = square(kPaceDoubt * rate_) + wheels.forward.variance / square(kLate), v = wheels.forward.mean;
+  const AxisEvidence x = forward_.weigh(y.acceleration_x, left - possible, doubt, v, yaw_rate, kind, step);
+  AccelerationEvidence a{x.healthy, x.jolted, x.frozen, x.offset, x.offset_begins, kImpossible};
+  if (y.acceleration_z) {
+    // A message that is published again repeats all of its axes: that is one event.
+    const bool again = forward_.repeats(y.acceleration_x) && vertical_.repeats(*y.acceleration_z);
+    AxisEvidence z = vertical_.weigh(*y.acceleration_z, *y.acceleration_z - kGravity - vertical_.beside(0.0), 0.0, v,
+                                     0.0, kind, step);
+    if (again) z = AxisEvidence{};
+    // An IMU upside down reads the forward acceleration backwards, or does not, by the axis about which it is turned.
+    a.upside_down = half(x.healthy, forward_.logDensity(forward_.error() + 2.0 * (rate_ + forward_.beside(yaw_rate)))) +
+                    vertical_.logDensity(*y.acceleration_z + kGravity);
+    a.frozen = std::max({x.frozen + z.healthy, x.healthy + z.frozen, x.frozen + z.frozen});
+    // An offset of one axis or of both.
+    const auto either = [](double x_wrong, double x_ok, double z_wrong, double z_ok) {
+      return logSum(logSum(x_wrong + z_ok, x_ok + z_wrong), x_wrong + z_wrong) - std::log(3.0);
+    };
+    a.offset = either(x.offset, x.healthy, z.offset, z.healthy);
+    a.offset_begins = either(x.offset_begins, x.healthy, z.offset_begins, z.healthy);
+    a.healthy += z.healthy;
+    a.jolted += z.jolted;
+  }
+  return a;
+}
+
+void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double step) {
+  const bool reads = y.valid.yaw_rate && step > 0.0, accelerates = y.valid.acceleration && step > 0.0;
+  const bool judged = reads && (wheels.trusted || on_box_) && !wheels.pushed;
+  yaw_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
+  mirrored_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
+  GyroEvidence g;
+  if (judged) {
+    g = weighGyro(y.yaw_rate, wheels, step);
+    if (gyro_) {
+      const bool reversed = gyro_.fault == kGyroReversed || gyro_.fault == kUpsideDown;
+      const bool frozen = gyro_.fault == kGyroFrozen && gyro_repetition_.repeats(y.yaw_rate);  // until it changes
+      const double faulty = gyro_.fault == kGyroFrozen ? g.frozen : reversed ? g.reversed : g.offset;
+      if (!reversed || turning_) gyro_.weigh(frozen ? kImpossible : g.healthy, faulty, step, parameters_.recovery_time);
+      gyro_offset_.update(gyro_error_, gyro_variance_, 0.0);
+      g = GyroEvidence{};
+    }
+  }
+  AccelerationEvidence a;
+  since_jolt_ += step;
+  if (accelerates) {
+    if (wheels.pushed || said_ == kMoved) {
+      forward_.widen();
+      vertical_.widen();
+    }
+    a = weighAcceleration(y, wheels, step);
+    const double jolted = 1.0 / (1.0 + (1.0 / jolts_ - 1.0) * std::exp(a.healthy - a.jolted));
+    if (jolted > 0.5) since_jolt_ = 0.0;
+    average(jolts_, jolted, step, kJoltsMemory);
+    jolts_ = std::clamp(jolts_, kJolts, kJoltsSliding);
+    if (accelerometer_) {
+      const double faulty = accelerometer_.fault == kAccelerometerFrozen ? a.frozen
+                            : accelerometer_.fault == kUpsideDown        ? a.upside_down
+                                                                         : a.offset;
+      accelerometer_.weigh(a.healthy, faulty, step, parameters_.recovery_time);
+      a = AccelerationEvidence{};
+    }
+    if (wheels.pushed) a = AccelerationEvidence{};
+  }
+  const double jolts = logMixture(jolts_, a.healthy, a.jolted), slides = logMixture(kJoltsSliding, a.healthy, a.jolted);
+  Densities stays, begins;
+  const auto set = [&](Hypothesis h, double stay, double begin) {
+    stays[h] = stay;
+    begins[h] = begin;
+  };
+  set(kHealthy, g.healthy + jolts, g.healthy + jolts);
+  set(kSlides, g.slides + slides, g.slides_begins + slides);
+  set(kStruck, g.struck + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
+  set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
+  set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
+  set(kGyroGlitch, g.offset + jolts, g.offset_begins + jolts);
+  // A push is a constant force, so the acceleration may have an offset. The gyro has to see the motion.
+  set(kMoved, g.moved + half(slides, a.offset),
+      g.moved_begins + half(logMixture(kJoltsMoved, a.healthy, a.jolted), a.offset_begins));
+  set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
+  set(kGyroOffset, g.offset + jolts, g.offset_begins + jolts);
+  set(kGyroReversed, g.reversed + jolts, g.reversed + jolts);
+  const double no_jolt = std::log1p(-jolts_);
+  set(kAccelerometerFrozen, g.healthy + no_jolt + a.frozen, g.healthy + no_jolt + a.frozen);
+  set(kAccelerometerOffset, g.healthy + no_jolt + a.offset, g.healthy + no_jolt + a.offset_begins);
+  set(kUpsideDown, g.reversed + no_jolt + a.upside_down, g.reversed + no_jolt + a.upside_down);
+  if (step > 0.0) filter(stays, begins, wheels.to_stand, step);
+
+  if (judged && gyro_) gyro_repetition_.update(y.yaw_rate, 0.0, gyro_kind_, 0.0);
+  if (judged && !gyro_) {
+    const double agrees =
+        alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
+    gyro_offset_.update(gyro_error_, gyro_variance_, fresh_[kGyroOffset]);
+    slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], wheels.difference.mean);
+    pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], wheels.forward.mean);
+    yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
+    const bool missed = y.yaw_rate == 0.0 && turning_;
+    const double measured = missed ? 0.0 : 1.0 - gyro_repetition_.held(y.yaw_rate);
+    yaw_.learn(y.yaw_rate, wheels.difference, wheels.forward.mean, step, agrees * measured);
+    mirrored_.learn(-y.yaw_rate, wheels.difference, wheels.forward.mean, step, measured, false);
+    if (y.yaw_rate == 0.0 && !turning_) {
+      gyro_repetition_.pass(y.yaw_rate);
+    } else {
+      gyro_repetition_.update(y.yaw_rate, std::abs(yaw_.slope() * difference_change_), gyro_kind_, agrees);
+    }
+  } else if (reads && !judged) {
+    yaw_.restart();
+  }
+  if (reads) yaw_rate_ = y.yaw_rate;
+  if (accelerates) {
+    const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty(), explained = std::abs(rate_);
+    forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], step);
+    if (y.acceleration_z) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], step);
+  }
+  difference_change_ = forward_change_ = 0.0;
+  decide(step);
+}
+
+void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool to_stand, double step) {
+  struct Prior {
+    double rate, time;
+  };
+  const auto prior = [&](int h) -> Prior {
+    switch (h) {
+      case kSlides:
+        return {on_box_ || to_stand ? 0.0 : kSlideRate, kSlideTime};
+      case kStruck:
+        return {on_box_ || to_stand ? 0.0 : kStrikeRate, kStrikeTime};
+      case kGyroGlitch:
+        return {kGlitchRate, kGlitchTime};
+      case kOtherGround:
+      case kPulled:
+        return {0.0, kGroundTime};
+      case kMoved:
+        return to_stand ? Prior{kPushRate, kPushTime} : Prior{0.0, step};
+      case kGyroFrozen:
+      case kAccelerometerFrozen:
+        return {parameters_.frozen_samples > 0 ? kFaultRate : 0.0, kRepairTime};
+      default:
+        return {kFaultRate, kRepairTime};
+    }
+  };
+  const auto leaving = [&](int h) { return alpha_[h] * std::min(1.0, step / prior(h).time); };
+  const double no_fault = alpha_[kHealthy] + alpha_[kSlides] + alpha_[kStruck] + alpha_[kOtherGround] +
+                          alpha_[kPulled] + alpha_[kGyroGlitch];
+  const double grounds = kEndsOnGround * leaving(kSlides);
+  double back = kLeastRate - 2.0 * grounds;
+  for (int h = kHealthy + 1; h < kHypotheses; ++h) back += leaving(h);
+  Densities next;
+  double top = -std::numeric_limits<double>::infinity();
+  constexpr double kNone = 1e-300;
+  for (int h = 0; h < kHypotheses; ++h) {
+    const double rate = prior(h).rate;
+    const double in = h == kHealthy                       ? std::max(back, kLeastRate)
+                      : h == kOtherGround || h == kPulled ? grounds
+                      : rate > 0.0                        ? (no_fault * rate + kLeastRate) * step
+                                                          : 0.0;
+    const double remains = h == kHealthy ? alpha_[h] : alpha_[h] - leaving(h);
+    const double begun = std::log(in + kNone) + begins[h], stayed = std::log(remains + kNone) + stays[h];
+    next[h] = logSum(begun, stayed);
+    fresh_[h] = std::exp(begun - next[h]);
+    top = std::max(top, next[h]);
+  }
+  // Sensors of a robot that is moved are not judged: what they see is its motion.
+  if (said_ == kMoved) {
+    for (int h = kGyroGlitch; h < kHypotheses; ++h)
+      if (h != kMoved) next[h] = -std::numeric_limits<double>::infinity();
+  }
+  double sum = 0.0;
+  for (double& p : next) sum += p = std::exp(p - top);
+  for (int h = 0; h < kHypotheses; ++h) alpha_[h] = next[h] / sum;
+}
+
+void BodyMonitor::decide(double step) {
+  double no_fault = 0.0;
+  for (int h = kHealthy; h < kMoved; ++h) no_fault += alpha_[h];
+  if (said_ == kMoved) {
+    good_ = alpha_[kMoved] < 1.0 - kCertainty ? good_ + step : 0.0;
+    if (good_ < kMovedFor) return;
+    said_ = kHealthy;
+  }
+  good_ = 0.0;
+  suspicious_ = 1.0 - no_fault > kDoubt ? suspicious_ + step : 0.0;
+  if (suspicious_ == 0.0) return;
+  Hypothesis best = kMoved;
+  for (int h = kMoved; h < kHypotheses; ++h) {
+    if (alpha_[h] > alpha_[best]) best = static_cast<Hypothesis>(h);
+  }
+  const double others = 1.0 - no_fault - alpha_[best];
+  const double risk = kFalseAlarm * no_fault + (best == kMoved ? kOverlooked : 1.0) * others;
+  if (risk >= kWaiting * suspicious_) return;
+  if (best == kMoved) {
+    said_ = kMoved;
+  } else {
+    exclude(best);
+  }
+}
+
+void BodyMonitor::exclude(Hypothesis verdict) {
+  const Excluded excluded{verdict, -kMostOdds, 0.0};
+  const bool of_gyro = verdict <= kGyroReversed;
+  if (of_gyro || verdict == kUpsideDown) gyro_ = excluded;
+  if (!of_gyro) accelerometer_ = excluded;
+  forget();
+}
+
+void BodyMonitor::Excluded::weigh(double healthy, double faulty, double step, double recovery_time) {
+  odds = std::clamp(odds + healthy - faulty, -kMostOdds, kMostOdds);
+  good = odds > kSureOdds ? good + step : 0.0;
+  if (good >= recovery_time) *this = Excluded{};
+}
+
+}  // namespace jackal_aic::faults

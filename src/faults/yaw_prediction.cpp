@@ -1,0 +1,57 @@
+#include "jackal_aic/faults/yaw_prediction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace jackal_aic::faults {
+
+YawPrediction::YawPrediction(const FaultParameters& parameters, double effective_track, bool on_box)
+    : parameters_(parameters), given_slope_(on_box ? 0.0 : 1.0 / effective_track), noise_(parameters.gyro_variance) {
+  theta_ << given_slope_, 0.0, 0.0;
+  P_.setZero();
+  P_.diagonal() << square(kLargestSlip * given_slope_), square(0.5 * parameters.largest_bias),
+      square(kUnlikeTyres * given_slope_);
+  restart();
+}
+
+void YawPrediction::predict(double x, double x_change, double v_change, double step) {
+  const double moved = (std::abs(x_change) + std::abs(v_change)) / kMotionScale;
+  P_(0, 0) = std::min(
+      P_(0, 0) + square(parameters_.slip_deviation * given_slope_) * moved + square(kSlipDrift * given_slope_) * step,
+      square(kLargestSlip * given_slope_));
+  P_(1, 1) = std::min(P_(1, 1) + square(kBiasDrift) * step, square(0.5 * parameters_.largest_bias));
+  const double kept = std::exp(-step / kGroundMemory), s = theta_(0);
+  e_.mean *= kept;
+  e_.variance = kept * kept * e_.variance + (1.0 - kept * kept) * ground_ + square(kPaceDoubt * s * x_change) +
+                square(parameters_.slip_deviation * s * x * v_change / kGrip);
+}
+
+double YawPrediction::variance(const Normal& x, double v) const {
+  const Eigen::Vector3d h = row(x.mean, v);
+  return h.dot(P_ * h) + square(theta_(0)) * x.variance + e_.variance + noise_.variance();
+}
+
+void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double step, double healthy, bool ground) {
+  const double error = yaw_rate - mean(x.mean, v), S = variance(x, v);
+  const double weight = healthy * studentWeight(error * error, S);
+  // A difference of the wheels that is noise tells nothing of the slip (errors in variables).
+  const double seen = square(x.mean) / (square(x.mean) + x.variance + kTiny);
+  const Eigen::Vector3d h = row(seen * x.mean, v), Ph = P_ * h;
+  theta_ += weight / S * error * Ph;
+  P_ -= weight / S * Ph * Ph.transpose();
+  P_ = 0.5 * (P_ + P_.transpose().eval());
+  theta_(0) = std::clamp(theta_(0), given_slope_ / kSlopeRange, given_slope_ * kSlopeRange);
+  theta_(1) = std::clamp(theta_(1), -parameters_.largest_bias, parameters_.largest_bias);
+  theta_(2) = std::clamp(theta_(2), -kMostUnlikeTyres * given_slope_, kMostUnlikeTyres * given_slope_);
+  if (ground) {
+    const double gain = weight * e_.variance / S;
+    e_.mean += gain * error;
+    e_.variance *= 1.0 - gain;
+    const double share = -std::expm1(-step / kGroundLearned);
+    ground_ += healthy * share * (std::min(square(e_.mean), kSurprise * ground_) - ground_);
+    ground_ = std::max(ground_, square(kGroundDeviation));
+  }
+  noise_.update(yaw_rate - mean(x.mean, v), -std::expm1(-step / parameters_.covariance_time_constant), healthy);
+}
+
+}  // namespace jackal_aic::faults
