@@ -45,7 +45,6 @@ constexpr double kOverlooked = 20.0;  // of a fault that is taken for motion fro
 constexpr double kWaiting = 2.5;      // of a second without a verdict
 constexpr double kDoubt = 0.9;        // probability of a fault from which waiting costs
 constexpr double kCertainty = 0.99;   // probability by which a verdict is withdrawn
-constexpr double kMovedFor = 0.1;     // time after which a robot is not moved any more [s]
 constexpr double kSureOdds = 5.0;     // ln of the odds by which a sensor counts again
 constexpr double kMostOdds = 10.0;
 
@@ -53,7 +52,7 @@ constexpr double kDeadZone = 0.05;  // largest yaw rate for which drivers publis
 constexpr double kSteepest = 0.7;   // of gravity: 45 degrees
 constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, standard deviation [m]
 constexpr double kLate = 0.1;       // time within which an uncertain speed is an uncertain acceleration [s]
-constexpr double kShaken = 0.2;     // time for which a body goes on rocking [s]
+constexpr double kShaken = 0.2;     // time for which a body goes on rocking, or somebody may only seem to let go [s]
 constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
 constexpr double kFar = 9.0;        // squared distance of a value from its prediction that has left it
 
@@ -293,7 +292,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   }
   if (reads) yaw_rate_ = y.yaw_rate;
   if (accelerates) {
-    const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty(), explained = std::abs(rate_);
+    const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty() - alpha_[kMoved], explained = std::abs(rate_);
     forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], step);
     if (y.acceleration_z) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], step);
   }
@@ -308,9 +307,9 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
   const auto prior = [&](int h) -> Prior {
     switch (h) {
       case kSlides:
-        return {on_box_ || to_stand ? 0.0 : kSlideRate, kSlideTime};
+        return {on_box_ ? 0.0 : kSlideRate, kSlideTime};
       case kStruck:
-        return {on_box_ || to_stand ? 0.0 : kStrikeRate, kStrikeTime};
+        return {on_box_ ? 0.0 : kStrikeRate, kStrikeTime};
       case kGyroGlitch:
         return {kGlitchRate, kGlitchTime};
       case kOtherGround:
@@ -361,7 +360,7 @@ void BodyMonitor::decide(double step) {
   for (int h = kHealthy; h < kMoved; ++h) no_fault += alpha_[h];
   if (said_ == kMoved) {
     good_ = alpha_[kMoved] < 1.0 - kCertainty ? good_ + step : 0.0;
-    if (good_ < kMovedFor) return;
+    if (good_ < kShaken) return;
     said_ = kHealthy;
   }
   good_ = 0.0;
