@@ -292,7 +292,8 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   }
   if (reads) yaw_rate_ = y.yaw_rate;
   if (accelerates) {
-    const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty() - alpha_[kMoved], explained = std::abs(rate_);
+    const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty() - alpha_[kMoved],
+                 explained = std::abs(rate_);
     forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], step);
     if (y.acceleration_z) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], step);
   }
