@@ -1,5 +1,7 @@
 #include "jackal_aic/faults/body_monitor.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -108,11 +110,44 @@ void BodyMonitor::predict(const double* forward_rates, const double* lowest, con
   }
 }
 
+const char* text(Hypothesis hypothesis) {
+  constexpr std::array<const char*, kHypotheses> kTexts{"healthy",
+                                                        "the body slides",
+                                                        "struck by a kerb",
+                                                        "other ground",
+                                                        "the ground pulls aside",
+                                                        "gyro glitch",
+                                                        "moved from outside",
+                                                        "gyro frozen",
+                                                        "gyro offset",
+                                                        "gyro reversed",
+                                                        "accelerometer frozen",
+                                                        "accelerometer offset",
+                                                        "IMU upside down"};
+  return kTexts.at(hypothesis);
+}
+
+std::string Suspicion::text() const {
+  return fmt::format("{}{}, {:.2f}", hypothesis == kHealthy ? "" : "perhaps: ", faults::text(hypothesis), probability);
+}
+
+double BodyMonitor::Excluded::probability() const { return 1.0 / (1.0 + std::exp(odds)); }
+
+Suspicion BodyMonitor::mostLikely() const {
+  for (const Excluded* sensor : {&gyro_, &accelerometer_}) {
+    if (*sensor) return {sensor->fault, sensor->probability()};
+  }
+  const auto best = std::max_element(alpha_.begin(), alpha_.end());
+  return {static_cast<Hypothesis>(best - alpha_.begin()), *best};
+}
+
 double BodyMonitor::gyroFaulty() const {
+  if (gyro_) return gyro_.probability();
   return alpha_[kGyroGlitch] + alpha_[kGyroFrozen] + alpha_[kGyroOffset] + alpha_[kGyroReversed] + alpha_[kUpsideDown];
 }
 
 double BodyMonitor::accelerometerFaulty() const {
+  if (accelerometer_) return accelerometer_.probability();
   return alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset] + alpha_[kUpsideDown];
 }
 

@@ -361,6 +361,7 @@ void FaultMonitor::checkBody(const Observation& observation, double step) {
   report_.gyro = {body_.gyro(), causeOf(body_.gyroFault()), 0.0, body_.gyroFaulty()};
   report_.accelerometer = {body_.accelerometer(), causeOf(body_.accelerometerFault()), 0.0,
                            body_.accelerometerFaulty()};
+  report_.suspicion = body_.mostLikely();
   report_.shaken = body_.shaken();
   report_.moved = report_.moved || body_.moved();
 }

@@ -80,7 +80,7 @@ void RosControlPublisher::publish(const OdometryUpdate& update) {
   if (report_.update(update.status, "")) diagnostics_.force_update();
   diagnostics_.update();
   ControllerState state = update.state;
-  addRemarks({report_.reason(), "", false, 0}, base_frame_, state);
+  addRemarks({report_.reason(), "", false, 0, update.status.suspicion}, base_frame_, state);
   state_publisher_.publish(state);
 }
 

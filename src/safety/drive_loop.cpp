@@ -489,6 +489,7 @@ DriveLoopStatus DriveLoop::status() const {
   status.fault = measurements_.fault();
   status.share = measurements_.share();
   status.loss = measurements_.loss();
+  if (const FaultReport* faults = measurements_.report()) status.suspicion = faults->suspicion;
   status.faults_detected = measurements_.detected();
   status.dropped_periods = schedule_.droppedPeriods();
   return status;

@@ -69,6 +69,26 @@ ChannelState afterLosing(double part, double change) {
   return body.monitor.gyro();
 }
 
+TEST(BodyMonitor, DoubtHasANameBeforeTheVerdictAndUntilTheReturn) {
+  Body body;
+  body.turn(kTurn, 1.0, 0.0, 200);
+  EXPECT_EQ(body.monitor.mostLikely().hypothesis, kHealthy);
+  int doubtful = 0;
+  for (int k = 0; k < 25 && body.monitor.gyroFault() == kHealthy; ++k) {
+    body.turn(kTurn, 1.0, 0.3, 1);
+    doubtful += body.monitor.mostLikely().hypothesis == kGyroOffset ? 1 : 0;
+  }
+  EXPECT_GT(doubtful, 1) << "before the verdict";
+  ASSERT_EQ(body.monitor.gyroFault(), kGyroOffset);
+  EXPECT_EQ(body.monitor.mostLikely().hypothesis, kGyroOffset);
+  EXPECT_GT(body.monitor.gyroFaulty(), 0.99);
+  body.turn(kTurn, 1.0, 0.0, 100);
+  EXPECT_EQ(body.monitor.mostLikely().hypothesis, kHealthy);
+  EXPECT_LT(body.monitor.gyroFaulty(), 0.01);
+  EXPECT_EQ((Suspicion{kGyroOffset, 0.6}.text()), "perhaps: gyro offset, 0.60");
+  EXPECT_EQ((Suspicion{kHealthy, 0.98}.text()), "healthy, 0.98");
+}
+
 TEST(BodyMonitor, ABodyThatSlidesIsNoFaultOfTheGyro) {
   EXPECT_EQ(afterLosing(0.0, 3.0), ChannelState::ok) << "the wheels turn, and the body comes to a stop";
   EXPECT_EQ(afterLosing(0.4, 3.0), ChannelState::ok);

@@ -209,6 +209,10 @@ TEST(StateMessage, SaysWhoDrivesAndWhyNot) {
     EXPECT_EQ(message.summary, "thesis, driving, " + c.summary);
   }
   EXPECT_EQ(messageOf(loop, {"", "", false, 3}).rejected_measurements, 3u);
+  EXPECT_EQ(messageOf(loop).hypothesis, "") << "without fault detection";
+  const ControllerState message = messageOf(loop, {"", "", false, 0, {faults::kGyroOffset, 0.6}});
+  EXPECT_EQ(message.hypothesis, "gyro offset");
+  EXPECT_EQ(message.hypothesis_probability, 0.6);
 }
 
 // The sums of Clearpath's own package: with them a robot's nodes and ours accept each other's messages.

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 
 #include "jackal_aic/faults/acceleration_axis.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
@@ -43,6 +44,18 @@ enum Hypothesis {
   kUpsideDown,  ///< gravity from below, the turn with the wrong sign
   kHypotheses
 };
+
+/// A hypothesis and its probability.
+struct Suspicion {
+  Hypothesis hypothesis = kHealthy;
+  double probability = 0.0;
+
+  /// "healthy, 0.98", or "perhaps: gyro offset, 0.60".
+  std::string text() const;
+};
+
+/// The hypothesis in words: "gyro offset".
+const char* text(Hypothesis hypothesis);
 
 /// What the wheels say of the body at a sample.
 struct WheelMotion {
@@ -73,8 +86,9 @@ class BodyMonitor {
   Hypothesis gyroFault() const { return gyro_.fault; }                    ///< kHealthy while it counts
   Hypothesis accelerometerFault() const { return accelerometer_.fault; }  ///< kHealthy while it counts
   double probability(Hypothesis h) const { return alpha_[h]; }            ///< alpha_h
-  double gyroFaulty() const;                      ///< probability that the gyro, which counts, is faulty
-  double accelerometerFaulty() const;             ///< probability that the accelerometer, which counts, is faulty
+  double gyroFaulty() const;                                              ///< probability that the gyro is faulty
+  double accelerometerFaulty() const;             ///< probability that the accelerometer is faulty
+  Suspicion mostLikely() const;                   ///< a fault found before, else the most likely hypothesis
   bool moved() const { return said_ == kMoved; }  ///< the robot is moved
   bool shaken() const;                            ///< the ground has just shaken the robot
 
@@ -95,6 +109,7 @@ class BodyMonitor {
     double good = 0.0;  // time for which they are [s]
 
     explicit operator bool() const { return fault != kHealthy; }
+    double probability() const;  // that it is faulty
     void weigh(double healthy, double faulty, double step, double recovery_time);
   };
   /// ln of the densities of the gyro's sample.

@@ -55,7 +55,7 @@ struct ChannelHealth {
   ChannelState state = ChannelState::ok;  ///< whether it counts
   FaultCause cause = FaultCause::none;    ///< why it does not
   double distance = 0.0;                  ///< of a wheel's last prediction error, in multiples of Chebyshev's bound
-  double probability = 0.0;               ///< that a gyro or an accelerometer that counts is faulty
+  double probability = 0.0;               ///< that a gyro or an accelerometer is faulty
 };
 
 /// What the monitor thinks of the robot after a sample.
@@ -74,6 +74,7 @@ struct FaultReport {
   double wheel_share = 1.0;       ///< of the speed that the commands ask for, which the wheels reached before
                                   ///< wheels_off_model came [-]
   double turn_share = 1.0;  ///< of the yaw rate of the wheels, which the body reached before turn_off_model came [-]
+  faults::Suspicion suspicion;  ///< most likely about gyro, accelerometer and body, also where no fault is reported
 
   /// Channels that count: neither outlier nor faulty.
   ChannelValidity valid() const;

@@ -65,6 +65,7 @@ struct DriveLoopStatus {
   Fault fault = Fault::none;              ///< found by the fault detection
   double share = 1.0;                     ///< number of a remark on the wheels or the turn [-], see text(Fault, double)
   Loss loss = Loss::none;                 ///< sensors that are missing
+  faults::Suspicion suspicion;            ///< most likely about gyro, accelerometer and body; probability 0: not judged
   bool handed_over = false;               ///< another source drives the motors
   std::uint32_t rejected_set_points = 0;  ///< not finite, or absurd
   std::uint32_t scaled_set_points = 0;    ///< accepted and scaled into the limits

@@ -188,6 +188,7 @@ void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status,
   status.add("Brakes", status_.brakes);
   status.add("Faults", status_.faults);
   status.add("Faults detected", status_.faults_detected);
+  if (status_.suspicion.probability > 0.0) status.add("Hypothesis", status_.suspicion.text());
   status.add("Fault detection", isFault(status_.fault) ? text(status_.fault) : text(status_.loss));
 }
 

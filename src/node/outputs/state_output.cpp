@@ -103,6 +103,8 @@ void addRemarks(const StateRemarks& remarks, const std::string& frame, Controlle
     message.reason += (message.reason.empty() ? "" : "; ") + remarks.no_subscriber;
   }
   message.rejected_measurements += remarks.rejected;
+  message.hypothesis = remarks.suspicion.probability > 0.0 ? faults::text(remarks.suspicion.hypothesis) : "";
+  message.hypothesis_probability = remarks.suspicion.probability;
 }
 
 SensorGeneralized sensorMessage(const GeneralizedSensor& measurement) {

@@ -24,10 +24,11 @@ void fillState(const DriveLoop& loop, const ros::Time& stamp, ControllerState& m
 
 /// Part of the state that the loop does not know.
 struct StateRemarks {
-  std::string reason;          ///< why the robot is not driven, reason(DriveLoopStatus)
-  std::string no_subscriber;   ///< says that the commands have no subscriber; empty: they have one
-  bool by_another = false;     ///< another node has the motors
-  std::uint32_t rejected = 0;  ///< messages of sensors that the loop has not seen
+  std::string reason;                ///< why the robot is not driven, reason(DriveLoopStatus)
+  std::string no_subscriber;         ///< says that the commands have no subscriber; empty: they have one
+  bool by_another = false;           ///< another node has the motors
+  std::uint32_t rejected = 0;        ///< messages of sensors that the loop has not seen
+  faults::Suspicion suspicion = {};  ///< DriveLoopStatus::suspicion
 };
 
 /// Completes a message that fillState() filled in. @param frame of the body velocity.

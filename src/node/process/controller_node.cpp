@@ -142,7 +142,8 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
     if (!others_.contended() || *command != WheelCommand{}) output_.publish(*command);
     const DriveLoopStatus status = loop_.status();
     const bool by_another = others_.contended() || status.handed_over;
-    state_.publish(last_now_, {reason(status, contender()), no_subscriber_, by_another, rejected_readings_});
+    state_.publish(last_now_,
+                   {reason(status, contender()), no_subscriber_, by_another, rejected_readings_, status.suspicion});
     odometry_.publish(applied, last_now_);
   }
   changes_.send(loop_);
