@@ -26,18 +26,21 @@ AxisEvidence AccelerationAxis::weigh(double measured, double error, double doubt
   return p;
 }
 
-void AccelerationAxis::learn(double explained, double range, double healthy, double fresh, double step) {
+void AccelerationAxis::learn(double explained, double range, double healthy, double fresh, bool excluded, double step) {
   offset_.update(error_, variance_, fresh);
   const double measured = 1.0 - repetition_.held(measured_);
-  const double weight = healthy * measured * studentWeight(square(error_), variance_) / (variance_ + square(range));
-  const Eigen::Vector2d Ph = P_ * row_;
+  const double weight =
+      (excluded ? 1.0 : healthy) * measured * studentWeight(square(error_), variance_) / (variance_ + square(range));
+  Eigen::Vector2d Ph = P_ * row_;
+  if (excluded) Ph(1) = 0.0;
   theta_ += weight * error_ * Ph;
-  theta_(0) = std::clamp(theta_(0), -steepest_, steepest_);
+  const double most = excluded ? std::min(kLeastOffset, steepest_) : steepest_;
+  theta_(0) = std::clamp(theta_(0), -most, most);
   P_ -= weight * Ph * Ph.transpose();
   noise_.update(error_, -std::expm1(-step / kNoiseMemory), healthy);
-  const double most = kSurprise * std::max(vibration_ * speed_squared_, noise_.variance());
-  vibration_ -=
-      healthy * std::expm1(-step / kVibrationMemory) * (std::min(square(error_), most) / speed_squared_ - vibration_);
+  const double largest = kLargestRatio * std::max(vibration_ * speed_squared_, noise_.variance());
+  vibration_ -= healthy * std::expm1(-step / kVibrationMemory) *
+                (std::min(square(error_), largest) / speed_squared_ - vibration_);
   repetition_.update(measured_, explained, kind_, healthy);
 }
 

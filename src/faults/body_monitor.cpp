@@ -56,7 +56,6 @@ constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, st
 constexpr double kLate = 0.1;       // time within which an uncertain speed is an uncertain acceleration [s]
 constexpr double kShaken = 0.2;     // time for which a body goes on rocking, or somebody may only seem to let go [s]
 constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
-constexpr double kFar = 9.0;        // squared distance of a value from its prediction that has left it
 
 double half(double a, double b) { return logMixture(0.5, a, b); }
 
@@ -163,7 +162,8 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   // A value is left behind where the prediction has gone away from it since it is new. A driver may have a dead zone:
   // its zeros say nothing of a robot that need not turn.
   turning_ = yaw_.leastTurn(x) > kDeadZone;
-  const bool left = zero ? turning_ : square(e) > kFar * S && square(yaw_rate - e - predicted_) > kFar * S;
+  const bool left =
+      zero ? turning_ : square(e) > kLargestRatio * S && square(yaw_rate - e - predicted_) > kLargestRatio * S;
   gyro_kind_ = left ? Repetition::under_way : wheels.turn ? Repetition::moving : Repetition::rest;
   const double chance = repeats && zero && !turning_ ? 0.0 : gyro_repetition_.logChance(yaw_rate, gyro_kind_);
   GyroEvidence g;
@@ -329,8 +329,9 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   if (accelerates) {
     const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty() - alpha_[kMoved],
                  explained = std::abs(rate_);
-    forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], step);
-    if (y.acceleration_z) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], step);
+    const bool excluded = static_cast<bool>(accelerometer_);
+    forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], excluded, step);
+    if (y.acceleration_z) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], excluded, step);
   }
   difference_change_ = forward_change_ = 0.0;
   decide(step);
@@ -420,7 +421,11 @@ void BodyMonitor::exclude(Hypothesis verdict) {
   const Excluded excluded{verdict, -kMostOdds, 0.0};
   const bool of_gyro = verdict <= kGyroReversed;
   if (of_gyro || verdict == kUpsideDown) gyro_ = excluded;
-  if (!of_gyro) accelerometer_ = excluded;
+  if (!of_gyro) {
+    accelerometer_ = excluded;
+    forward_.widen();
+    vertical_.widen();
+  }
   forget();
 }
 

@@ -34,7 +34,7 @@ double YawPrediction::variance(const Normal& x, double v) const {
 void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double step, double healthy, bool ground) {
   const double error = yaw_rate - mean(x.mean, v), S = variance(x, v);
   const double weight = healthy * studentWeight(error * error, S);
-  // A difference of the wheels that is noise tells nothing of the slip (errors in variables).
+  // The slip is not learned from a difference of the wheels that is noise (errors in variables).
   const double seen = square(x.mean) / (square(x.mean) + x.variance + kTiny);
   const Eigen::Vector3d h = row(seen * x.mean, v), Ph = P_ * h;
   theta_ += weight / S * error * Ph;
@@ -48,7 +48,7 @@ void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double ste
     e_.mean += gain * error;
     e_.variance *= 1.0 - gain;
     const double share = -std::expm1(-step / kGroundLearned);
-    ground_ += healthy * share * (std::min(square(e_.mean), kSurprise * ground_) - ground_);
+    ground_ += healthy * share * (std::min(square(e_.mean), kLargestRatio * ground_) - ground_);
     ground_ = std::max(ground_, square(kGroundDeviation));
   }
   noise_.update(yaw_rate - mean(x.mean, v), -std::expm1(-step / parameters_.covariance_time_constant), healthy);

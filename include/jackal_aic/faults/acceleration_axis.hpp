@@ -41,8 +41,9 @@ class AccelerationAxis {
 
   /// Learns from the sample that was weighed. @param explained change that the motion explains [m/s^2]; @param healthy
   /// probability that it is healthy; @param fresh weight of an offset that has just begun.
-  /// @param range width of the range in which the prediction may be anywhere: it tells the less of g [m/s^2].
-  void learn(double explained, double range, double healthy, double fresh, double step);
+  /// @param range width of the range in which the prediction may be anywhere: it tells the less of g [m/s^2]; @param
+  /// excluded only g is learned, as far as it is no fault: it may have changed when the sensor counts again.
+  void learn(double explained, double range, double healthy, double fresh, bool excluded, double step);
 
   /// ln p of the sample if its error is another one [m/s^2].
   double logDensity(double error) const { return logStudent(square(error), variance_); }
@@ -51,7 +52,7 @@ class AccelerationAxis {
   double error() const { return error_; }                                        ///< of the last sample [m/s^2]
 
   /// g may be any: the robot stands on other ground.
-  void widen() { P_(0, 0) = square(kUnknown); }
+  void widen() { P_.row(0) = P_.col(0).transpose() = Eigen::RowVector2d(square(kUnknown), 0.0); }
 
  private:
   static constexpr double kUnknown = 1.0;          // standard deviation of g at the start, 6 degrees [m/s^2]
@@ -61,7 +62,6 @@ class AccelerationAxis {
   static constexpr double kLeastSpeed = 0.05;      // of vibration [m/s]
   static constexpr double kJolt = 8.0;             // noise of a jolt in multiples of the usual one
   static constexpr double kLeastOffset = 2.0;      // of a fault; a smaller one is an inclination (12 degrees) [m/s^2]
-  static constexpr double kSurprise = 9.0;         // of a variance, that one sample counts at most
 
   Eigen::Vector2d theta_{0.0, 0.0};  // g, l
   Eigen::Vector2d row_{1.0, 0.0};    // of the last sample

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "jackal_aic/model/square.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic::faults {
 
@@ -21,6 +22,10 @@ inline constexpr double kPaceDoubt = 0.5;
 
 /// Degrees of freedom nu of Student's t, the density of all prediction errors: its tails leave room for outliers.
 inline constexpr double kTail = 4.0;
+
+/// Largest ratio of a squared error to its variance which a learned variance takes from one sample, and beyond which a
+/// value has left its prediction.
+inline constexpr double kLargestRatio = square(thresholds::kSure);
 
 /// ln of the density of what a hypothesis excludes: e^-60.
 inline constexpr double kImpossible = -60.0;

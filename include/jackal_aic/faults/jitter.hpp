@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "jackal_aic/faults/density.hpp"
+
 namespace jackal_aic::faults {
 
 /// Von Neumann's estimate by second differences, var = E[(e_k - 2 e_k-1 + e_k-2)^2]/6: neither an offset nor a ramp of
@@ -20,7 +22,7 @@ class Jitter {
     before_ = last_;
     last_ = error;
     if (++samples_ < 3) return;
-    const double most = kSurprise * variance();  // one jump counts for no more
+    const double most = kLargestRatio * variance();  // one jump counts for no more
     variance_ += weight * std::max(share, 1.0 / samples_) * (std::min(second * second / 6.0, most) - variance_);
   }
 
@@ -28,7 +30,6 @@ class Jitter {
 
  private:
   static constexpr double kUnknown = 25.0;  // of the least variance, before anything is known
-  static constexpr double kSurprise = 9.0;  // of the variance
   double least_, variance_, last_ = 0.0, before_ = 0.0;
   int samples_ = 0;
 };

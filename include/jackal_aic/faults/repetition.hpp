@@ -63,8 +63,7 @@ class Repetition {
   }
 
   /// Learns. @param explained change that the motion explains: noise goes to and fro by more; @param healthy
-  /// probability that the sample was healthy. A run counts when it ends: it does
-  /// not teach that it is usual itself.
+  /// probability that the sample was healthy. A run enters the counts when it ends, so that none makes itself usual.
   void update(double value, double explained, Kind kind, double healthy) {
     const double change = any_ ? value - last_ : 0.0;
     Count& count = counts_[kind][bucket()];

@@ -66,7 +66,6 @@ class YawPrediction {
   static constexpr double kGroundMemory = 0.3;      // of e [s]
   static constexpr double kGroundDeviation = 0.01;  // of e, at least [rad/s]
   static constexpr double kGroundLearned = 10.0;    // time over which it is learned how large e is [s]
-  static constexpr double kSurprise = 9.0;          // of its variance, that one sample counts at most
   static constexpr double kTiny = 1e-12;
   static constexpr double kGrip = 0.1;  // change of v that makes s uncertain by slip_deviation at once [m/s]
 
