@@ -54,6 +54,7 @@ struct Loop {
   PredictiveController controller;
   double track;
   double gain = 1.0;
+  double push = 0.0;     // by which its wheels turn without a command [rad/s]
   double limit = 1e9;    // of a wheel command [rad/s]
   double noise = 0.0;    // of a measured wheel speed [rad/s]
   int phase = 0;         // of the sensors ahead of the actions [ms]
@@ -66,8 +67,8 @@ struct Loop {
   Loop& run(double seconds, Act act) {
     const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
     for (int k = 1; k <= 1000 * seconds; ++k) {
-      left.predict(gain * controller.action().left);
-      right.predict(gain * controller.action().right);
+      left.predict(gain * controller.action().left + push);
+      right.predict(gain * controller.action().right + push);
       time += 0.001;
       if ((k + phase) % 20 == 0) observe();
       if (k % belief == 0) controller.updateBelief();
@@ -224,6 +225,50 @@ TEST(PredictiveController, RefusesInputsThatAreNotFiniteOrNotLater) {
   EXPECT_TRUE(taken(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0})));
   EXPECT_FALSE(taken(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0})));
   EXPECT_FALSE(taken(controller.observe({1.1, 0.0, kNaN, 0.0, 0.0, 0.0})));
+}
+
+TEST(PredictiveController, NumbersOfLostChannelsDoNotReachIt) {
+  PredictiveController clean({}, {}, driveTrain());
+  clean.setSetPoint({0.5, 0.0, 0.2});
+  PredictiveController poisoned = clean;
+  for (int k = 0; k < 100; ++k) {
+    Observation y;
+    y.stamp = 0.02 * k;
+    (k % 3 == 0 ? y.valid.yaw_rate : y.valid.wheel_left) = false;
+    y.valid.acceleration = y.valid.yaw_rate;
+    clean.observe(y);
+    if (!y.valid.wheel_left) y.wheel_left = kNaN;
+    if (!y.valid.yaw_rate) y.yaw_rate = y.acceleration_x = y.acceleration_y = kNaN;
+    EXPECT_TRUE(taken(poisoned.observe(y)));
+    for (PredictiveController* controller : {&clean, &poisoned}) {
+      for (int i = 0; i < 20; ++i) controller->updateBelief();
+    }
+    EXPECT_EQ(clean.updateAction(), poisoned.updateAction());
+  }
+  EXPECT_TRUE(poisoned.believedVelocity().allFinite());
+}
+
+// ---- rest
+
+TEST(PredictiveController, DisturbanceOfTheWheelsIsCompensatedAtRest) {
+  for (const double push : {0.1, -0.3}) {
+    Loop loop;
+    loop.push = push;
+    double tried = 0.0, travel = 0.0;  // rad
+    int reversals = 0;
+    bool stood = false;
+    for (int k = 0; k < 3000; ++k) {
+      loop.drive(0.02);
+      if (k > 100) (k <= 1000 ? tried : travel) += 0.02 * loop.forward() / kRadius;
+      const bool stands = loop.controller.action() == WheelCommand{};
+      reversals += stands != stood;
+      stood = stands;
+    }
+    EXPECT_NEAR(loop.controller.action().left, -push, 0.01);
+    EXPECT_LT(std::abs(travel), 0.05) << "in 40 s";
+    EXPECT_LT(std::abs(tried), 0.1) << "by which it rolls as the command is released";
+    EXPECT_LE(reversals, 4) << "it holds or it stands";
+  }
 }
 
 // ---- resets
