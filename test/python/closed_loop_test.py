@@ -386,7 +386,7 @@ class UnknownDriveTrain(unittest.TestCase):
         for case, found in zip(cases, drives(cases)):
             self.assertAlmostEqual(found.plant_model['dead_time'] + found.plant_model['lag'], 0.1389, delta=0.015, msg=case[3])
 
-    def test_it_neither_drifts_without_excitation_nor_is_learned_when_disabled(self):
+    def test_it_stays_without_excitation_or_when_disabled(self):
         cases = [('predictive', plant, points((0.5, *wanted), until=1800.0), {}) for plant, wanted in (('box', (0.3, 0.5)), ('real', HALF))]
         for case, found in zip(cases, drives(cases, samples_only=True)):
             self.assertAlmostEqual(found.plant_model['dead_time'], self.settings(case[1])['plant_model']['dead_time'], delta=0.001, msg=case[1])
