@@ -8,12 +8,12 @@
 #include <cmath>
 #include <random>
 #include <tuple>
+#include <utility>
 
 #include "jackal_aic/aic/active_inference_controller.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "linear_plant.hpp"
-#include "stepped_loop.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -50,6 +50,39 @@ class Draw {
   }
 
   std::mt19937_64 random_, phase_random_;
+};
+
+/// Plant, sensor, belief and action, in this order, in steps of 1 ms. Not a DriveLoop: what is tested is the map of the
+/// controller itself, whose growth the gate, the limits and the fault monitor would bound.
+template <class Controller>
+class SteppedLoop {
+ public:
+  /// @param gains has the rates of belief and action; @param phase of the sensor ahead of the action [s].
+  template <class Gains>
+  SteppedLoop(LinearPlant plant, Controller controller, double sensor_rate, const Gains& gains, double phase)
+      : plant(std::move(plant)),
+        controller(std::move(controller)),
+        sensor_(steps(1.0 / sensor_rate)),
+        belief_(steps(1.0 / gains.belief_rate)),
+        action_(steps(1.0 / gains.action_rate)),
+        phase_(steps(phase)) {}
+
+  void step() {
+    plant.step();
+    ++now_;
+    if ((now_ + phase_) % sensor_ == 0) controller.observe(plant.observation());
+    if (now_ % belief_ == 0) controller.updateBelief();
+    if (now_ % action_ == 0) plant.command(controller.updateAction());
+  }
+
+  LinearPlant plant;
+  Controller controller;
+
+ private:
+  static long steps(double time) { return std::lround(time / kStep); }
+
+  long sensor_, belief_, action_, phase_;
+  long now_ = 0;
 };
 
 /// When a loop that was moved and is to rest is clearly stable or unstable: excursions in parts of the first, and the
@@ -147,8 +180,8 @@ Thesis drawThesis(Draw& draw) {
 /// Drives a plant forwards, sideways and turning, so that every mode moves. Neither limits nor a drive gate here.
 bool comesToRest(const Thesis& c, const Verdict& clear) {
   SteppedLoop loop(LinearPlant(c.plant, c.geometry),
-                   ActiveInferenceController(c.controller, c.geometry, {}, Divergence::allowed),
-                   {c.plant.sensor_rate, c.controller.belief_rate, c.controller.action_rate, c.phase});
+                   ActiveInferenceController(c.controller, c.geometry, {}, Divergence::allowed), c.plant.sensor_rate,
+                   c.controller, c.phase);
   const auto excursion = [&] {
     return largestInOneSecond(loop, [&] {
       const GeneralizedBody& belief = loop.controller.belief();
@@ -269,9 +302,8 @@ Predictive drawPredictive(Draw& draw) {
 bool comesToRest(const Predictive& c) {
   constexpr double kTiny = 1e-9;
   constexpr double kNearlyRest = 1e-30;  // a set point of zero would end the closed loop at standstill
-  SteppedLoop<LinearPlant, PredictiveController> loop(
-      LinearPlant(c.robot, {}), PredictiveController(c.parameters, {}, c.model),
-      {c.robot.sensor_rate, c.parameters.belief_rate, c.parameters.action_rate, c.phase});
+  SteppedLoop loop(LinearPlant(c.robot, {}), PredictiveController(c.parameters, {}, c.model), c.robot.sensor_rate,
+                   c.parameters, c.phase);
   const auto excursion = [&] {
     return largestInOneSecond(loop, [&] { return std::abs(loop.controller.left().disturbance()); });
   };

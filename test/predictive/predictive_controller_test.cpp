@@ -26,8 +26,9 @@ PlantModel driveTrain() {
 
 /// A controller, and a robot with exactly the drive train of its model and a given effective track.
 struct Loop {
-  explicit Loop(double robot_track = kTrack, const PredictiveParameters& gains = {})
-      : parameters(gains), controller(gains, {}, driveTrain()), track(robot_track) {}
+  explicit Loop(double robot_track = kTrack, const PredictiveParameters& gains = {},
+                const GeometryParameters& geometry = {}, const PlantModel& model = driveTrain())
+      : parameters(gains), controller(gains, geometry, model), track(robot_track) {}
 
   /// Drives to a set point.
   Loop& drive(const SetPoint& set_point, double seconds) {
@@ -168,6 +169,26 @@ TEST(PredictiveController, LearnsTheEffectiveTrackInTurnsUnlessDisabled) {
     if (!row.learns) continue;
     EXPECT_NEAR(loop.controller.effectiveTrack(), row.track, 0.01 * kTrack);
     EXPECT_NEAR(loop.yawRate(), row.set_point.yaw_rate, 0.02 * std::abs(row.set_point.yaw_rate));
+  }
+}
+
+/// x_dot = r alpha (w_R + w_L)/2, theta_dot = r alpha (w_R - w_L)/b_hat (3-1), with the model's b_hat.
+TEST(PredictiveController, SlipFactorAndTrackTurnTheRobotTogether) {
+  for (const double slip_factor : {0.8, 1.0, 1.2}) {
+    for (const bool learns : {false, true}) {
+      PredictiveParameters gains;
+      gains.learn_track = learns;
+      GeometryParameters geometry;
+      geometry.slip_factor = slip_factor;
+      PlantModel model = driveTrain();
+      model.effective_track = learns ? 0.75 : 0.6;
+      Loop loop(0.6 / slip_factor, gains, geometry, model);
+      loop.drive({0.4, 0.0, 0.5}, 4.0);
+      EXPECT_NEAR(slip_factor * loop.forward(), 0.4, 0.004) << slip_factor << ", learns " << learns;
+      EXPECT_NEAR(loop.yawRate(), 0.5, 0.005) << slip_factor << ", learns " << learns;
+      EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.4, 0.004);
+      EXPECT_NEAR(loop.controller.effectiveTrack(), 0.6, 0.04 * 0.6) << "an arc shows little of the turn in place";
+    }
   }
 }
 
