@@ -5,14 +5,15 @@
 #include <regex>
 #include <vector>
 
+#include "../../complaint.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
 #include "test_plant.hpp"
 
 namespace jackal_aic::sim {
 namespace {
 
-std::string complaint(const std::string& urdf) {
-  return messageOf<ParameterError>([&] { readRobotModel(urdf); });
+std::string refusal(const std::string& urdf) {
+  return complaint([&] { readRobotModel(urdf); });
 }
 
 TEST(RobotModel, ReadsThePublishedJackal) {
@@ -90,8 +91,8 @@ TEST(RobotModel, RefusesRobotsThatCannotDriveOrExist) {
       {farHub(), "joint 'front_left_wheel' is more than 100 m away"},
       {jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"nan\"/>"),
        "link 'front_left_wheel_link' has no cylinder or sphere with a positive radius"}};
-  for (const auto& [urdf, message] : rows) EXPECT_EQ(complaint(urdf), std::string("URDF: ") + message);
-  EXPECT_EQ(complaint(jackalUrdfWith("<material name=\"dark_grey\">", "<!-- 100 % --><material name=\"dark_grey\">")),
+  for (const auto& [urdf, message] : rows) EXPECT_EQ(refusal(urdf), std::string("URDF: ") + message);
+  EXPECT_EQ(refusal(jackalUrdfWith("<material name=\"dark_grey\">", "<!-- 100 % --><material name=\"dark_grey\">")),
             "");
 }
 
