@@ -298,10 +298,13 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
   }
   const Recording recording = recorder.take();
   const PredictiveController* predictive = drive.predictive();
-  const py::object track =
-      predictive != nullptr ? py::cast(predictive->effectiveTrack()) : py::none().cast<py::object>();
+  py::object track = py::none(), model = py::none();
+  if (predictive != nullptr) {
+    track = py::cast(predictive->effectiveTrack());
+    model = dictOf(fieldsOf(predictive->model()));
+  }
   return py::make_tuple(tableOf(recording.rows), tableOf(recording.odometry), recording.events, recording.findings,
-                        track);
+                        track, model);
 }
 
 py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes, bool as_printed) {
@@ -336,10 +339,11 @@ py::tuple wordsOf(int count) {
 }  // namespace
 
 void bindSimulation(py::module& m) {
-  m.def("simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
-        py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("as_printed"),
-        py::arg("samples_only"), py::arg("odometry"),
-        "Columns, those of the odometry, events, findings and effective track of a drive; see jackal_aic.simulate().");
+  m.def(
+      "simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
+      py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("as_printed"),
+      py::arg("samples_only"), py::arg("odometry"),
+      "Columns, those of the odometry, events, findings, effective track and plant model of a drive; see simulate().");
   m.def("settings", &settings, py::arg("robot"), py::arg("controller"), py::arg("overrides") = py::dict(),
         py::arg("as_printed") = false,
         R"(The values with which simulate() drives, as dicts of names and values: "plant", "geometry", "controller", and

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "../counted_allocations.hpp"
-#include "drives.hpp"
+#include "injected_faults.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
 #include "loop_setup.hpp"
@@ -24,11 +24,12 @@ class Allocations : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(Allocations, NoneInMeasurementsSetPointsBeliefsAndActions) {
-  LoopSetup setup = loadSetup(files(), GetParam(), "ground", {});
+  const PackageFiles files;
+  LoopSetup setup = loadSetup(files, GetParam(), "ground", {});
   setup.drive.faults = FaultParameters{};
   setup.drive.open_loop_monitored = true;
   auto controller = makeController(setup.drive);
-  setup.drive.plant_model = monitorModel(files(), "ground");  // of the fault detection; the open loop has none
+  setup.drive.plant_model = monitorModel(files, "ground");  // of the fault detection; the open loop has none
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop(setup.drive, std::move(controller));
   SensorFaults faults({{FaultKind::freeze, FaultChannel::left, 0.0, 3.0, 1.0},

@@ -8,7 +8,8 @@
 #include <string>
 
 #include "jackal_aic/safety/drive_loop.hpp"
-#include "predictive_loop.hpp"
+#include "jackal_plant.hpp"
+#include "loop_setup.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -17,14 +18,18 @@ constexpr double kStall = 2.0;  // s, beginning
 constexpr double kEnd = 4.0;    // s
 constexpr double kSpeed = 1.0;  // m/s
 
-JackalPlant plantOf(const PlantParameters& robot = PredictiveLoop::ground()) {
-  return {textOf("sim/urdf/jackal.urdf"), robot};
+const LoopSetup& setup() {
+  static const LoopSetup setup = loadSetup(PackageFiles(), "predictive", "ground", {});
+  return setup;
 }
 
+JackalPlant plantOf(const PlantParameters& robot = setup().plant) { return {setup().urdf, robot}; }
+
+/// With the deadlines and limits of the node, which the setup of experiments has not.
 DriveParameters parameters() {
   DriveParameters parameters;
-  parameters.controller = PredictiveLoop::preset();
-  parameters.plant_model = linearModel(PredictiveLoop::ground());
+  parameters.controller = setup().drive.controller;
+  parameters.plant_model = setup().drive.plant_model;
   parameters.plant_model->identified = true;
   return parameters;
 }
@@ -67,7 +72,8 @@ TEST(Stall, StopOfTheMotorsByThemselvesIsNoDisturbance) {
   EXPECT_LT(fastest([&loop](JackalPlant& plant, long) { serve(loop, plant, {kSpeed, 0.0, 0.0}); }), kSpeed + 0.02);
   EXPECT_GT(loop.status().dropped_periods, 0u);
   EXPECT_EQ(loop.status().faults_detected, 0u);
-  PredictiveController controller(PredictiveLoop::preset(), {}, linearModel(PredictiveLoop::ground()));
+  PredictiveController controller(std::get<PredictiveParameters>(setup().drive.controller), {},
+                                  *setup().drive.plant_model);
   controller.setSetPoint({kSpeed, 0.0, 0.0});
   EXPECT_GT(fastest([&controller](JackalPlant& plant, long tick) {
               if (plant.measurement()) controller.observe(plant.measurement()->observation());
@@ -84,7 +90,7 @@ TEST(Stall, QuietWheelsOffTheirModelAreNotFrozenAfterIt) {
   open_loop.controller = DifferentialDriveParameters{};
   open_loop.open_loop_monitored = true;
   open_loop.plant_model->sensor_rate = 20.0;
-  PlantParameters robot = PredictiveLoop::ground();
+  PlantParameters robot = setup().plant;
   robot.sensor_rate = 20.0;
   robot.encoder_step = 0.02;
   robot.encoder_noise = 0.005;

@@ -7,27 +7,20 @@
 
 #include <array>
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
+#include "../temporary_directory.hpp"
 #include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic {
 namespace {
 
-/// A directory of its own for every test, gone afterwards.
 class TextFile : public testing::Test {
  protected:
-  TextFile() {
-    std::string name = testing::TempDir() + "text_file_XXXXXX";
-    directory_ = mkdtemp(name.data());
-  }
-  ~TextFile() override { std::filesystem::remove_all(directory_); }
-
-  std::string path(const std::string& name) const { return directory_ + "/" + name; }
+  std::string path(const std::string& name) const { return directory_.path(name); }
 
   /// What reading is refused with, after the path; empty if it is read.
   static std::string refusal(const std::string& path, std::size_t most = 1 << 20) {
@@ -41,7 +34,7 @@ class TextFile : public testing::Test {
     return "";
   }
 
-  std::string directory_;
+  TemporaryDirectory directory_;
 };
 
 TEST_F(TextFile, IsReadUpToItsBound) {
@@ -63,7 +56,7 @@ TEST_F(TextFile, LargeOneIsRefusedUnread) {
 
 TEST_F(TextFile, WhatIsNoFileIsRefused) {
   EXPECT_EQ(refusal(path("none")), "cannot be read");
-  EXPECT_EQ(refusal(directory_), "is a directory");
+  EXPECT_EQ(refusal(directory_.path()), "is a directory");
   std::filesystem::create_symlink("/dev/zero", path("zero"));
   EXPECT_EQ(refusal(path("zero")), "is a device or a socket, not a file");
   EXPECT_EQ(refusal("/dev/null"), "is a device or a socket, not a file");

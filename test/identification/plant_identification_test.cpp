@@ -158,6 +158,18 @@ TEST(PlantIdentification, FindsTheEffectiveTrackOfEachDirection) {
   }
 }
 
+/// theta_dot = r alpha (w_R - w_L) / b_hat (3-1)
+TEST(PlantIdentification, TrackIsThatOfTheGivenSlipFactor) {
+  const DriveRecording recording = record(Drive{});
+  for (const double slip_factor : {0.8, 1.0, 1.2}) {
+    const Identification found = identifyDriveTrain(recording, kRadius, slip_factor);
+    for (const Estimate& track : {found.track_left, found.track_right}) {
+      ASSERT_TRUE(track.known()) << track.unknown;
+      EXPECT_NEAR(track.value, slip_factor * Drive{}.track, 0.005 * slip_factor * Drive{}.track);
+    }
+  }
+}
+
 TEST(PlantIdentification, ImuMayComeAtOtherTimesThanTheWheels) {
   for (const double late : {0.003, -0.003, 0.009}) {
     for (const double imu_rate : {20.0, 50.0, 80.0}) {

@@ -14,19 +14,19 @@
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
-#include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 
+#include "../command.hpp"
 #include "../complaint.hpp"
 #include "../excitation.hpp"
+#include "../temporary_directory.hpp"
 #include "bag_file.hpp"
 #include "drive_bag.hpp"
 #include "identification_report.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "outputs/commands.hpp"
 #include "plant/test_plant.hpp"
@@ -35,13 +35,6 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kRadius = 0.098;
-
-/// A file that is gone after the test.
-struct TemporaryFile {
-  explicit TemporaryFile(const std::string& name) : path(testing::TempDir() + name + std::to_string(getpid())) {}
-  ~TemporaryFile() { unlink(path.c_str()); }
-  std::string path;
-};
 
 /// What a test changes in the messages of the sensors before they are recorded.
 using Change = std::function<void(sensor_msgs::JointState&, sensor_msgs::Imu&)>;
@@ -87,33 +80,34 @@ class BadBag : public testing::Test {
     return message;
   }
 
-  TemporaryFile file{"bad.bag"};
+  TemporaryDirectory directory;
+  std::string file = directory.path("bad.bag");
 };
 
 TEST_F(BadBag, ThatIsNoneOrTruncated) {
   refusal("/nonexistent/drive.bag");
   for (const char* content : {"", "time,left,right\n0.0,1.0,1.0\n"}) {
-    std::ofstream(file.path) << content;
-    refusal(file.path);
+    std::ofstream(file) << content;
+    refusal(file);
   }
-  writeBag(file.path, {});
-  ASSERT_EQ(truncate(file.path.c_str(), 20000), 0);
-  refusal(file.path);
-  unlink(file.path.c_str());
-  ASSERT_EQ(mkfifo(file.path.c_str(), 0600), 0);
-  for (const std::string& path : {file.path, std::string("/dev/zero")}) {
+  writeBag(file, {});
+  ASSERT_EQ(truncate(file.c_str(), 20000), 0);
+  refusal(file);
+  unlink(file.c_str());
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  for (const std::string& path : {file, std::string("/dev/zero")}) {
     EXPECT_EQ(refusal(path), path + ": cannot be read as a bag: it is no file");
   }
 }
 
 TEST_F(BadBag, WithoutTheDriveTopicOrWithAnotherTypeOnIt) {
   {
-    rosbag::Bag bag(file.path, rosbag::bagmode::Write);
+    rosbag::Bag bag(file, rosbag::bagmode::Write);
     writeMeasurement(bag, *sim::JackalPlant(sim::jackalUrdf(), {}).measurement(), ros::Time(100.0));
   }
-  EXPECT_NE(refusal(file.path).find("no messages on /cmd_drive"), std::string::npos);
-  rosbag::Bag(file.path, rosbag::bagmode::Write).write("/cmd_drive", ros::Time(100.0), std_msgs::Float64());
-  EXPECT_NE(refusal(file.path).find("std_msgs/Float64"), std::string::npos);
+  EXPECT_NE(refusal(file).find("no messages on /cmd_drive"), std::string::npos);
+  rosbag::Bag(file, rosbag::bagmode::Write).write("/cmd_drive", ros::Time(100.0), std_msgs::Float64());
+  EXPECT_NE(refusal(file).find("std_msgs/Float64"), std::string::npos);
 }
 
 TEST_F(BadBag, WithWheelsOrStampsThatCannotBe) {
@@ -138,8 +132,8 @@ TEST_F(BadBag, WithWheelsOrStampsThatCannotBe) {
             }),
        "no message names a joint of front_left_wheel"}};
   for (const auto& [change, said] : rows) {
-    writeBag(file.path, {}, change);
-    EXPECT_NE(refusal(file.path).find(said), std::string::npos) << said << "\n" << refusal(file.path);
+    writeBag(file, {}, change);
+    EXPECT_NE(refusal(file).find(said), std::string::npos) << said << "\n" << refusal(file);
   }
 }
 
@@ -182,44 +176,45 @@ void writeMountedImu(const std::string& path, const std::vector<std::string>& no
 
 TEST_F(BadBag, WithSeveralPublishersOfCommands) {
   std::vector<std::string> nodes{"/jackal_node", "/excitation"};
-  writeMountedImu(file.path, nodes, false);
+  writeMountedImu(file, nodes, false);
   for (const char* said : {"2 publishers", "/jackal_node", "/excitation"}) {
-    EXPECT_NE(refusal(file.path).find(said), std::string::npos) << refusal(file.path);
+    EXPECT_NE(refusal(file).find(said), std::string::npos) << refusal(file);
   }
   while (nodes.size() < 200) nodes.push_back("/node" + std::to_string(nodes.size()));
-  writeMountedImu(file.path, nodes, false);
-  const std::string message = refusal(file.path);
+  writeMountedImu(file, nodes, false);
+  const std::string message = refusal(file);
   EXPECT_NE(message.find("200 publishers"), std::string::npos) << message;
   EXPECT_LT(message.size(), 400U);
 }
 
 /// Joints of other robots are not ours.
 TEST_F(BadBag, WithTwoPublishersOfWheelSpeeds) {
-  writeBag(file.path, {});
+  writeBag(file, {});
   const auto publish = [&](const std::vector<std::string>& joints) {
     sensor_msgs::JointState message;
     message.header.stamp = ros::Time(105.0);
     message.name = joints;
     message.velocity.assign(joints.size(), 0.0);
-    rosbag::Bag bag(file.path, rosbag::bagmode::Append);
+    rosbag::Bag bag(file, rosbag::bagmode::Append);
     bag.write("/joint_states", ros::Time(105.0), message, headerOf<sensor_msgs::JointState>("/joint_state_publisher"));
   };
   publish({"arm"});
-  EXPECT_EQ(readDriveBag(file.path, {}).remarks, std::vector<std::string>{});
+  EXPECT_EQ(readDriveBag(file, {}).remarks, std::vector<std::string>{});
   publish({sim::kWheelJoints.begin(), sim::kWheelJoints.end()});
-  const std::string message = refusal(file.path);
+  const std::string message = refusal(file);
   EXPECT_NE(message.find("/joint_states has 2 publishers"), std::string::npos) << message;
   EXPECT_NE(message.find("'/joint_state_publisher' sent 1"), std::string::npos) << message;
 }
 
 TEST(DriveBag, AMessageNowAndThenThatIsNotFiniteIsLeftOut) {
-  const TemporaryFile file("not_finite.bag");
-  writeBag(file.path, {}, [](sensor_msgs::JointState& joints, sensor_msgs::Imu& imu) {
+  const TemporaryDirectory directory;
+  const std::string file = directory.path("not_finite.bag");
+  writeBag(file, {}, [](sensor_msgs::JointState& joints, sensor_msgs::Imu& imu) {
     const double time = joints.header.stamp.toSec();
     if (std::abs(time - 105.0) < 0.009) joints.velocity[2] = NAN;
     if (std::abs(time - 107.0) < 0.009) imu.angular_velocity.z = NAN;
   });
-  const DriveRecording recording = readDriveBag(file.path, {});
+  const DriveRecording recording = readDriveBag(file, {});
   ASSERT_EQ(recording.remarks.size(), 2u);
   EXPECT_EQ(recording.remarks[0].find("left out: 1 message(s); /joint_states: the velocity of joint 'rear_left_wheel'"),
             0u)
@@ -230,12 +225,13 @@ TEST(DriveBag, AMessageNowAndThenThatIsNotFiniteIsLeftOut) {
 
 /// On a robot with twist_mux.
 TEST(DriveBag, CommandsMayBeBodyVelocities) {
-  const TemporaryFile drives("drives.bag"), twists("twists.bag");
-  writeBag(drives.path, {});
+  const TemporaryDirectory directory;
+  const std::string drives = directory.path("drives.bag"), twists = directory.path("twists.bag");
+  writeBag(drives, {});
   const SkidSteerKinematics kinematics(GeometryParameters{});
   {
-    const rosbag::Bag from(drives.path, rosbag::bagmode::Read);
-    rosbag::Bag to(twists.path, rosbag::bagmode::Write);
+    const rosbag::Bag from(drives, rosbag::bagmode::Read);
+    rosbag::Bag to(twists, rosbag::bagmode::Write);
     for (const rosbag::MessageInstance& message : rosbag::View(from)) {
       const auto drive = message.instantiate<jackal_msgs::Drive>();
       if (!drive) {
@@ -248,11 +244,11 @@ TEST(DriveBag, CommandsMayBeBodyVelocities) {
       to.write("/jackal_velocity_controller/cmd_vel_out", message.getTime(), stamped);
     }
   }
-  const Identification by_drive = identifyDriveTrain(readDriveBag(drives.path, {}), kRadius);
+  const Identification by_drive = identifyDriveTrain(readDriveBag(drives, {}), kRadius);
   for (const char* topic : {"/cmd_vel", "/jackal_velocity_controller/cmd_vel_out"}) {
     BagTopics topics;
     topics.commands = topic;
-    const Identification by_twist = identifyDriveTrain(readDriveBag(twists.path, topics), kRadius);
+    const Identification by_twist = identifyDriveTrain(readDriveBag(twists, topics), kRadius);
     EXPECT_NEAR(by_twist.dead_time.value, by_drive.dead_time.value, 1e-4) << topic;
     EXPECT_NEAR(by_twist.gain.value, by_drive.gain.value, 1e-4) << topic;
     EXPECT_NEAR(by_twist.track_left.value, by_drive.track_left.value, 1e-4) << topic;
@@ -260,32 +256,34 @@ TEST(DriveBag, CommandsMayBeBodyVelocities) {
 }
 
 TEST(DriveBag, TurnsTheImuAsItIsMounted) {
-  const TemporaryFile file("mounted.bag");
-  writeMountedImu(file.path, {"/excitation"}, true);
+  const TemporaryDirectory directory;
+  const std::string file = directory.path("mounted.bag");
+  writeMountedImu(file, {"/excitation"}, true);
   BagTopics topics;
   topics.imu = "/imu/mounted";
-  EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, -0.7, 1e-9) << "as /tf_static says";
+  EXPECT_NEAR(readDriveBag(file, topics).yaw.at(0).yaw_rate, -0.7, 1e-9) << "as /tf_static says";
   topics.imu_rotation = Eigen::Quaterniond(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX()));
-  EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.7, 1e-9) << "as the user says";
-  writeMountedImu(file.path, {"/excitation"}, false);
+  EXPECT_NEAR(readDriveBag(file, topics).yaw.at(0).yaw_rate, 0.7, 1e-9) << "as the user says";
+  writeMountedImu(file, {"/excitation"}, false);
   topics.imu_rotation.reset();
-  const DriveRecording nobody_says = readDriveBag(file.path, topics);
+  const DriveRecording nobody_says = readDriveBag(file, topics);
   EXPECT_TRUE(nobody_says.yaw.empty());
   EXPECT_EQ(nobody_says.yaw_unknown,
             "neither /tf_static nor /tf says how IMU frame '/imu_link' is mounted on 'base_link': say it with "
             "--imu-roll, --imu-pitch and --imu-yaw");
   topics.base_frame = "imu_link";
-  EXPECT_NEAR(readDriveBag(file.path, topics).yaw.at(0).yaw_rate, 0.0, 1e-9) << "it is that of the base";
+  EXPECT_NEAR(readDriveBag(file, topics).yaw.at(0).yaw_rate, 0.0, 1e-9) << "it is that of the base";
 }
 
 /// The remarks on a drive whose stamps are late by so much.
 std::vector<std::string> remarksOnLate(double wheels, double imu) {
-  const TemporaryFile file("late.bag");
-  writeBag(file.path, {}, [=](sensor_msgs::JointState& joints, sensor_msgs::Imu& sample) {
+  const TemporaryDirectory directory;
+  const std::string file = directory.path("late.bag");
+  writeBag(file, {}, [=](sensor_msgs::JointState& joints, sensor_msgs::Imu& sample) {
     joints.header.stamp += ros::Duration(wheels);
     sample.header.stamp += ros::Duration(imu);
   });
-  return identifyDriveTrain(readDriveBag(file.path, {}), kRadius).remarks;
+  return identifyDriveTrain(readDriveBag(file, {}), kRadius).remarks;
 }
 
 TEST(DriveBag, StampsOfAnotherClockAreTold) {
@@ -302,26 +300,20 @@ TEST(DriveBag, StampsOfAnotherClockAreTold) {
 /// The program, in a directory of its own with one bag.
 class IdentifyProgram : public testing::Test {
  protected:
-  IdentifyProgram() { std::filesystem::create_directories(directory / "my.bags"); }
-  ~IdentifyProgram() override { std::filesystem::remove_all(directory); }
-
   /// What it prints; its exit status goes to `status`.
   std::string run(const std::string& arguments) {
-    const std::string command = "cd " + directory.string() + " && " JACKAL_AIC_IDENTIFY " " + arguments + " 2>&1";
-    FILE* pipe = popen(command.c_str(), "r");
-    std::string text;
-    for (int c = 0; (c = std::fgetc(pipe)) != EOF;) text += static_cast<char>(c);
-    status = pclose(pipe);
-    return text;
+    const CommandResult result = runCommand("cd " + directory.path() + " && " JACKAL_AIC_IDENTIFY " " + arguments);
+    status = result.status;
+    return result.text;
   }
 
-  const std::filesystem::path directory = testing::TempDir() + "identify_program" + std::to_string(getpid());
+  const TemporaryDirectory directory;
   int status = -1;
 };
 
 TEST_F(IdentifyProgram, TakesAnglesOfTheImu) {
   // The IMU lies on its side: its y axis points up.
-  writeBag(directory / "drive.bag", {}, [](sensor_msgs::JointState&, sensor_msgs::Imu& imu) {
+  writeBag(directory.path("drive.bag"), {}, [](sensor_msgs::JointState&, sensor_msgs::Imu& imu) {
     imu.header.frame_id = "imu_link";
     std::swap(imu.angular_velocity.y, imu.angular_velocity.z);
   });
@@ -336,20 +328,18 @@ TEST_F(IdentifyProgram, TakesAnglesOfTheImu) {
 }
 
 TEST_F(IdentifyProgram, DrawsBesideTheBag) {
-  writeBag(directory / "my.bags/e\x1b[31m.bag", {});
+  std::filesystem::create_directory(directory.path("my.bags"));
+  writeBag(directory.path("my.bags/e\x1b[31m.bag"), {});
   const std::string text = run("'my.bags/e\x1b[31m.bag'");
   EXPECT_EQ(status, 0) << text;
-  EXPECT_TRUE(std::filesystem::exists(directory / "my.bags/e\x1b[31m_identification.png")) << text;
+  EXPECT_TRUE(std::filesystem::exists(directory.path("my.bags/e\x1b[31m_identification.png"))) << text;
   EXPECT_EQ(text.find('\x1b'), std::string::npos);
 }
 
 TEST_F(IdentifyProgram, KeepsAnEarlierPlantModel) {
-  writeBag(directory / "drive.bag", {});
-  std::ofstream(directory / "mine.yaml") << "by hand";
-  const auto text = [this](const std::string& name) {
-    std::ifstream file(directory / name);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  };
+  writeBag(directory.path("drive.bag"), {});
+  directory.write("mine.yaml", "by hand");
+  const auto text = [this](const std::string& name) { return readText(directory.path(name)); };
   EXPECT_NE(run("drive.bag --out mine.yaml --robot one").find("is now mine.yaml.1\n"), std::string::npos);
   EXPECT_EQ(text("mine.yaml.1"), "by hand");
   const std::string first = text("mine.yaml");
@@ -364,7 +354,7 @@ TEST_F(IdentifyProgram, KeepsAnEarlierPlantModel) {
 }
 
 TEST_F(IdentifyProgram, WritesTheModelWithoutAPicture) {
-  writeBag(directory / "drive.bag", {});
+  writeBag(directory.path("drive.bag"), {});
   const auto expectModel = [](const std::string& text, std::initializer_list<const char*> told) {
     for (const char* said : told) EXPECT_NE(text.find(said), std::string::npos) << said << "\n" << text;
     EXPECT_EQ(text.find("Traceback"), std::string::npos) << text;
@@ -373,12 +363,12 @@ TEST_F(IdentifyProgram, WritesTheModelWithoutAPicture) {
   EXPECT_EQ(status, 0) << text;
   expectModel(text, {"Table: speeds.csv\n"});
   EXPECT_EQ(text.find("Figure"), std::string::npos) << text;
-  EXPECT_FALSE(std::filesystem::exists(directory / "drive_identification.png"));
+  EXPECT_FALSE(std::filesystem::exists(directory.path("drive_identification.png")));
   EXPECT_NE(run("drive.bag --no-plot --plot picture.png").find("--plot and --no-plot"), std::string::npos);
   EXPECT_NE(status, 0);
 
-  std::ofstream(directory / "matplotlib.py") << "raise ImportError('hidden')\n";
-  setenv("PYTHONPATH", directory.c_str(), 1);
+  directory.write("matplotlib.py", "raise ImportError('hidden')\n");
+  setenv("PYTHONPATH", directory.path().c_str(), 1);
   text = run("drive.bag --out model.yaml --csv speeds.csv");
   unsetenv("PYTHONPATH");
   EXPECT_EQ(status, 0) << text;

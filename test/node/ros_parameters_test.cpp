@@ -3,15 +3,13 @@
 #include "parameters/ros_parameters.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
 #include <string>
 
+#include "../command.hpp"
 #include "../complaint.hpp"
+#include "../temporary_directory.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/config/yaml_text.hpp"
@@ -23,22 +21,14 @@ namespace {
 ParameterMap fileThroughRosparam(const std::string& path) {
   const std::string program =
       "import sys, xmlrpc.client, yaml; print(xmlrpc.client.dumps((yaml.safe_load(open(sys.argv[1])),)))";
-  FILE* pipe = popen(("/usr/bin/python3 -c '" + program + "' " + path).c_str(), "r");
-  if (pipe == nullptr) throw std::runtime_error("no python3");
-  std::string xml;
-  char part[4096];
-  for (std::size_t n; (n = fread(part, 1, sizeof part, pipe)) > 0;) xml.append(part, n);
-  pclose(pipe);
+  const std::string xml = runCommand("/usr/bin/python3 -c '" + program + "' " + path).text;
   int offset = static_cast<int>(xml.find("<value>"));
   return parametersIn(XmlRpc::XmlRpcValue(xml, &offset));
 }
 
 ParameterMap throughRosparam(const std::string& yaml) {
-  const std::string path = testing::TempDir() + "ros_parameters" + std::to_string(getpid()) + ".yaml";
-  std::ofstream(path) << yaml;
-  ParameterMap map = fileThroughRosparam(path);
-  unlink(path.c_str());
-  return map;
+  const TemporaryDirectory directory;
+  return fileThroughRosparam(directory.write("parameters.yaml", yaml));
 }
 
 class EveryReader : public testing::TestWithParam<const char*> {};

@@ -26,8 +26,9 @@ PlantModel driveTrain() {
 
 /// A controller, and a robot with exactly the drive train of its model and a given effective track.
 struct Loop {
-  explicit Loop(double robot_track = kTrack, const PredictiveParameters& gains = {})
-      : parameters(gains), controller(gains, {}, driveTrain()), track(robot_track) {}
+  explicit Loop(double robot_track = kTrack, const PredictiveParameters& gains = {},
+                const GeometryParameters& geometry = {}, const PlantModel& model = driveTrain())
+      : parameters(gains), controller(gains, geometry, model), track(robot_track) {}
 
   /// Drives to a set point.
   Loop& drive(const SetPoint& set_point, double seconds) {
@@ -54,6 +55,7 @@ struct Loop {
   PredictiveController controller;
   double track;
   double gain = 1.0;
+  double push = 0.0;     // by which its wheels turn without a command [rad/s]
   double limit = 1e9;    // of a wheel command [rad/s]
   double noise = 0.0;    // of a measured wheel speed [rad/s]
   int phase = 0;         // of the sensors ahead of the actions [ms]
@@ -66,8 +68,8 @@ struct Loop {
   Loop& run(double seconds, Act act) {
     const int belief = static_cast<int>(std::lround(1000.0 / parameters.belief_rate));
     for (int k = 1; k <= 1000 * seconds; ++k) {
-      left.predict(gain * controller.action().left);
-      right.predict(gain * controller.action().right);
+      left.predict(gain * controller.action().left + push);
+      right.predict(gain * controller.action().right + push);
       time += 0.001;
       if ((k + phase) % 20 == 0) observe();
       if (k % belief == 0) controller.updateBelief();
@@ -170,6 +172,26 @@ TEST(PredictiveController, LearnsTheEffectiveTrackInTurnsUnlessDisabled) {
   }
 }
 
+/// x_dot = r alpha (w_R + w_L)/2, theta_dot = r alpha (w_R - w_L)/b_hat (3-1), with the model's b_hat.
+TEST(PredictiveController, SlipFactorAndTrackTurnTheRobotTogether) {
+  for (const double slip_factor : {0.8, 1.0, 1.2}) {
+    for (const bool learns : {false, true}) {
+      PredictiveParameters gains;
+      gains.learn_track = learns;
+      GeometryParameters geometry;
+      geometry.slip_factor = slip_factor;
+      PlantModel model = driveTrain();
+      model.effective_track = learns ? 0.75 : 0.6;
+      Loop loop(0.6 / slip_factor, gains, geometry, model);
+      loop.drive({0.4, 0.0, 0.5}, 4.0);
+      EXPECT_NEAR(slip_factor * loop.forward(), 0.4, 0.004) << slip_factor << ", learns " << learns;
+      EXPECT_NEAR(loop.yawRate(), 0.5, 0.005) << slip_factor << ", learns " << learns;
+      EXPECT_NEAR(loop.controller.believedVelocity()(kForward), 0.4, 0.004);
+      EXPECT_NEAR(loop.controller.effectiveTrack(), 0.6, 0.04 * 0.6) << "an arc shows little of the turn in place";
+    }
+  }
+}
+
 TEST(PredictiveController, SlipIsFrozenKeptAndTakenOver) {
   Loop loop(0.7);
   for (const bool shaken : {false, true}) {  // by request, or while a jolt shakes the gyro
@@ -224,6 +246,50 @@ TEST(PredictiveController, RefusesInputsThatAreNotFiniteOrNotLater) {
   EXPECT_TRUE(taken(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0})));
   EXPECT_FALSE(taken(controller.observe({1.0, 0.0, 0.0, 0.0, 0.0, 0.0})));
   EXPECT_FALSE(taken(controller.observe({1.1, 0.0, kNaN, 0.0, 0.0, 0.0})));
+}
+
+TEST(PredictiveController, NumbersOfLostChannelsDoNotReachIt) {
+  PredictiveController clean({}, {}, driveTrain());
+  clean.setSetPoint({0.5, 0.0, 0.2});
+  PredictiveController poisoned = clean;
+  for (int k = 0; k < 100; ++k) {
+    Observation y;
+    y.stamp = 0.02 * k;
+    (k % 3 == 0 ? y.valid.yaw_rate : y.valid.wheel_left) = false;
+    y.valid.acceleration = y.valid.yaw_rate;
+    clean.observe(y);
+    if (!y.valid.wheel_left) y.wheel_left = kNaN;
+    if (!y.valid.yaw_rate) y.yaw_rate = y.acceleration_x = y.acceleration_y = kNaN;
+    EXPECT_TRUE(taken(poisoned.observe(y)));
+    for (PredictiveController* controller : {&clean, &poisoned}) {
+      for (int i = 0; i < 20; ++i) controller->updateBelief();
+    }
+    EXPECT_EQ(clean.updateAction(), poisoned.updateAction());
+  }
+  EXPECT_TRUE(poisoned.believedVelocity().allFinite());
+}
+
+// ---- rest
+
+TEST(PredictiveController, DisturbanceOfTheWheelsIsCompensatedAtRest) {
+  for (const double push : {0.1, -0.3}) {
+    Loop loop;
+    loop.push = push;
+    double tried = 0.0, travel = 0.0;  // rad
+    int reversals = 0;
+    bool stood = false;
+    for (int k = 0; k < 3000; ++k) {
+      loop.drive(0.02);
+      if (k > 100) (k <= 1000 ? tried : travel) += 0.02 * loop.forward() / kRadius;
+      const bool stands = loop.controller.action() == WheelCommand{};
+      reversals += stands != stood;
+      stood = stands;
+    }
+    EXPECT_NEAR(loop.controller.action().left, -push, 0.01);
+    EXPECT_LT(std::abs(travel), 0.05) << "in 40 s";
+    EXPECT_LT(std::abs(tried), 0.1) << "by which it rolls as the command is released";
+    EXPECT_LE(reversals, 4) << "it holds or it stands";
+  }
 }
 
 // ---- resets

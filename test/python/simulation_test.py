@@ -2,7 +2,6 @@
 """jackal_aic.simulate(): the closed loop of robot, sensors and drive loop for Python."""
 
 import concurrent.futures
-import csv
 import pathlib
 import pickle
 import subprocess
@@ -91,24 +90,6 @@ class Drives(unittest.TestCase):
             (r"fault 'push': channel = 'left': must be one of forward, yaw_rate", drive, {'faults': [fault('push', 1.0, 'left', 100.0)]})):
             with self.assertRaisesRegex(ValueError, words):
                 jackal_aic.simulate(*arguments, **options)
-
-
-class Figures(unittest.TestCase):
-    """Those of the closed loop in C++."""
-
-    def test_are_those_of_the_command_line(self):
-        drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.0), duration=2.5, overrides={'plant.wheel_gain': 0.9})
-        with tempfile.TemporaryDirectory() as directory:
-            trace = pathlib.Path(directory) / 'trace.csv'
-            subprocess.check_output(['rosrun', 'jackal_aic', 'experiments', 'step', '--controller', 'predictive', '--plant', 'ground',
-                                     '--step', '0.5', '--duration', '2', '--set', 'plant.wheel_gain=0.9', '--trace', str(trace)])
-            samples = list(csv.DictReader(trace.open()))
-        every = slice(0, None, 10)  # ms
-        self.assertEqual(len(samples), len(drive.time[every]))
-        for ours, theirs in (('time', 'time_s'), ('speed', 'velocity_mps'), ('yaw_rate', 'yaw_rate_radps'), ('measured_speed', 'measured_mps'),
-                             ('believed_speed', 'belief_mps'), ('command_left', 'command_left_radps')):
-            wanted = [float(sample[theirs]) for sample in samples]
-            numpy.testing.assert_allclose(getattr(drive, ours)[every], wanted, rtol=1e-5, atol=1e-9, err_msg=ours)
 
 
 class Faults(unittest.TestCase):

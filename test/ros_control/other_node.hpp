@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Other nodes than those of a test, and their crashes.
+/// Other nodes than those of a test.
 
 #include <signal.h>
 #include <sys/wait.h>
@@ -21,19 +21,12 @@ class OtherNode {
     execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
     _exit(127);
   }
-  ~OtherNode() { end(SIGTERM); }
-
-  /// Ends without telling the master.
-  void crash() { end(SIGKILL); }
-
- private:
-  void end(int number) {
-    if (pid_ <= 0) return;
-    kill(-pid_, number);  // the shell and what it started
+  ~OtherNode() {
+    kill(-pid_, SIGTERM);  // the shell and what it started
     waitpid(pid_, nullptr, 0);
-    pid_ = 0;
   }
 
+ private:
   pid_t pid_;
 };
 

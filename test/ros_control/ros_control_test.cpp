@@ -17,8 +17,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <future>
 
 #include "../counted_allocations.hpp"
@@ -244,6 +242,20 @@ class RosControl : public testing::Test {
     });
     while (answered.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) step();
     return answered.get();
+  }
+
+  /// @returns what the service says.
+  std::string freezeLearning(bool frozen) {
+    std_srvs::SetBool freeze;
+    freeze.request.data = frozen;
+    EXPECT_TRUE(call("freeze_learning", freeze));
+    return freeze.response.message;
+  }
+
+  std::string saveLearnedModel() {
+    std_srvs::Trigger save;
+    EXPECT_TRUE(call("save_learned_model", save) && save.response.success) << save.response.message;
+    return save.response.message;
   }
 
   /// Asks for a number by dynamic_reconfigure in a namespace below the controller's; returns what it is afterwards.
@@ -503,31 +515,15 @@ TEST_F(RosControl, UpdateNeitherLocksNorAllocates) {
 TEST_F(RosControl, MultipliersChangeWhileItRuns) {
   ASSERT_TRUE(startController());
   EXPECT_EQ(change("", "left_wheel_radius_multiplier", 50.0), 1.0) << "beyond its range";
+  EXPECT_EQ(change("", "wheel_separation_multiplier", 1.3), 1.3);
+  run(0.1);
+  EXPECT_EQ(freezeLearning(true).find("frozen: effective track 0.488"), 0u);
   command(0.5, 0.0);
   run(2.0);
   const double before = commandOf(0);
-  dynamic_reconfigure::Reconfigure change;
-  change.request.config.doubles.resize(2);
-  change.request.config.doubles[0].name = "left_wheel_radius_multiplier";
-  change.request.config.doubles[0].value = 0.9;
-  change.request.config.doubles[1].name = "right_wheel_radius_multiplier";
-  change.request.config.doubles[1].value = 0.9;
-  ASSERT_TRUE(call("set_parameters", change));
-  EXPECT_EQ(change.response.config.bools.size(), 1u);
-  ASSERT_EQ(change.response.config.doubles.size(), 4u);
-  EXPECT_EQ(change.response.config.doubles[0].value, 0.9);
+  for (const char* side : {"left", "right"}) change("", std::string(side) + "_wheel_radius_multiplier", 0.9);
   run(3.0);
   EXPECT_NEAR(commandOf(0), before / 0.9, 0.3) << "smaller wheels turn faster";
-}
-
-TEST_F(RosControl, TheWheelSeparationChangesWhileItRuns) {
-  ASSERT_TRUE(startController());
-  EXPECT_EQ(change("", "wheel_separation_multiplier", 1.3), 1.3);
-  run(0.1);
-  std_srvs::SetBool freeze;
-  freeze.request.data = true;
-  ASSERT_TRUE(call("freeze_learning", freeze));
-  EXPECT_EQ(freeze.response.message.find("frozen: effective track 0.488"), 0u) << freeze.response.message;
 }
 
 TEST_F(RosControl, GainsChangeWhileItRuns) {
@@ -569,27 +565,17 @@ TEST_F(RosControl, StandsWhileItIsDisabled) {
 
 TEST_F(RosControl, KeepsWhatItLearnedInAFile) {
   static const TemporaryDirectory directory;  // outlives the controller, which writes at its end
-  const std::string file = directory.path("slip.yaml");
-  std::ofstream(file) << "slip: {effective_track: 0.7, slip_factor: 1.0}";
+  const std::string file = directory.write("slip.yaml", "slip: {effective_track: 0.7, slip_factor: 1.0}");
   node.setParam(std::string(kName) + "/slip/file", file);
   ASSERT_TRUE(startController());
   node.deleteParam(std::string(kName) + "/slip");
-  std_srvs::SetBool freeze;
-  freeze.request.data = true;
-  ASSERT_TRUE(call("freeze_learning", freeze));
-  EXPECT_EQ(freeze.response.message.find("frozen: effective track 0.7 m, slip factor 1"), 0u)
-      << freeze.response.message;
+  EXPECT_EQ(freezeLearning(true).find("frozen: effective track 0.7 m, slip factor 1"), 0u);
   command(0.0, 0.5);
   run(3.0);
-  std_srvs::Trigger save;
-  ASSERT_TRUE(call("save_learned_model", save) && save.response.success) << save.response.message;
-  EXPECT_EQ(save.response.message.find(file + ": effective track 0.7 m, slip factor 1, dead time "), 0u)
-      << save.response.message;
-  freeze.request.data = false;
-  ASSERT_TRUE(call("freeze_learning", freeze));
+  EXPECT_EQ(saveLearnedModel().find(file + ": effective track 0.7 m, slip factor 1, dead time "), 0u);
+  freezeLearning(false);
   run(3.0);
-  ASSERT_TRUE(call("save_learned_model", save) && save.response.success) << save.response.message;
-  EXPECT_EQ(save.response.message.find(file + ": effective track 0.5"), 0u) << save.response.message;
+  EXPECT_EQ(saveLearnedModel().find(file + ": effective track 0.5"), 0u);
 }
 
 TEST_F(RosControl, TakesStampedCommandsAndHeedsTheirStamp) {

@@ -430,20 +430,6 @@ TEST_F(ThesisLoop, StartForgetsThatTheImuRepeated) {
   EXPECT_EQ(why(), "yaw rate lost");
 }
 
-TEST(DriveLoop, RepeatedWheelSpeedsStopUnlessTheyMayRepeat) {
-  for (const bool may_repeat : {false, true}) {
-    Robot robot(thesis());
-    robot.drive(2.0);
-    for (int i = 0; i < 50 && robot.status() == DriveStatus::driving; ++i) {
-      SensorReading wheels = reading(robot.sample(), kWheels, 1.0);
-      wheels.may_repeat = may_repeat;
-      robot.loop.receiveWheels(wheels, robot.now);
-      robot.drive(kPeriod, "ips");
-    }
-    robot.expect(may_repeat ? DriveStatus::driving : DriveStatus::braking, may_repeat ? "" : "wheel speeds frozen");
-  }
-}
-
 TEST(DriveLoop, DeadEncoderIsNamedAndTheRobotDrivesOn) {
   for (const DriveParameters& parameters : {predictive(), openLoop(true)}) {
     Robot robot(parameters);

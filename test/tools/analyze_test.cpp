@@ -1,15 +1,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <sstream>
 
 #include "../complaint.hpp"
+#include "../temporary_directory.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "parameters/node_parameters.hpp"
 #include "programs.hpp"
 
@@ -33,23 +31,21 @@ std::string refusal(const std::vector<std::string>& arguments) {
   return complaint([&] { analyze(arguments, out); });
 }
 
-/// A file that goes with the test.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& text) {
-    char name[] = "/tmp/analyze_test_XXXXXX";
-    close(mkstemp(name));
-    path_ = name;
-    std::ofstream(path_) << text;
+class Analyze : public testing::Test {
+ protected:
+  /// A file of the package with text after it. @returns the path of both.
+  std::string file(const std::string& text, const std::vector<std::string>& before = {}) {
+    std::string all;
+    for (const std::string& name : before) all += readText(config(name));
+    return directory_.write(std::to_string(++files_) + ".yaml", all + text);
   }
-  ~TemporaryFile() { std::remove(path_.c_str()); }
-  const std::string& path() const { return path_; }
 
  private:
-  std::string path_;
+  TemporaryDirectory directory_;
+  int files_ = 0;
 };
 
-TEST(Analyze, PrintsTheCertificate) {
+TEST_F(Analyze, PrintsTheCertificate) {
   const YAML::Node printed = figures({config("improved.yaml"), "--plant", config("plant_model.yaml")});
   const NodeParameters file = readControllerFile(config("improved.yaml"));
   const Certificate expected = certify(std::get<ControllerParameters>(file.controller), file.geometry,
@@ -63,7 +59,7 @@ TEST(Analyze, PrintsTheCertificate) {
   EXPECT_NE(printed["advice"].as<std::string>().find("Stable with room"), std::string::npos);
 }
 
-TEST(Analyze, SaysWhatTheFiguresMean) {
+TEST_F(Analyze, SaysWhatTheFiguresMean) {
   const std::string text = output({config("standard.yaml")});
   for (const char* part : {"\nstable: true", "# s more dead time\n", "# x the action gain\n", "# driving straight\n",
                            "dead_time: 0.096", "Stable with room", "# delay margin "}) {
@@ -71,73 +67,64 @@ TEST(Analyze, SaysWhatTheFiguresMean) {
   }
 }
 
-TEST(Analyze, UnstableGainsAreAResultAndAnExitStatus) {
-  std::ifstream preset(config("improved.yaml"));
-  std::string text((std::istreambuf_iterator<char>(preset)), {});
+TEST_F(Analyze, UnstableGainsAreAResultAndAnExitStatus) {
+  std::string text = readText(config("improved.yaml"));
   text.replace(text.find("kappa_a: 8"), 10, "kappa_a: 60");
-  const TemporaryFile file(text);
-  const YAML::Node printed = figures({file.path()}, 1);
+  const YAML::Node printed = figures({file(text)}, 1);
   EXPECT_FALSE(printed["stable"].as<bool>());
   EXPECT_NE(printed["advice"].as<std::string>().find("kappa_a = 60 is too large: stable below"), std::string::npos);
 }
 
-TEST(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
-  std::ifstream preset(config("predictive.yaml")), robot(config("jackal.yaml")), model(config("plant_model.yaml"));
-  std::stringstream text;
-  text << preset.rdbuf() << robot.rdbuf() << model.rdbuf() << "slip:\n  file: /var/lib/jackal/slip.yaml\n";
-  const TemporaryFile file(text.str());
-  EXPECT_TRUE(figures({file.path()})["stable"].as<bool>());
-  const TemporaryFile wrong(text.str() + "  fil: /var/lib/jackal/slip.yaml\n");
-  EXPECT_NE(refusal({wrong.path()}).find("slip.fil"), std::string::npos);
+TEST_F(Analyze, ReadsTheConfigurationOfAPredictiveNodeThatKeepsItsSlip) {
+  const std::vector<std::string> node{"predictive.yaml", "jackal.yaml", "plant_model.yaml"};
+  EXPECT_TRUE(figures({file("slip: {file: /var/lib/jackal/slip.yaml}\n", node)})["stable"].as<bool>());
+  EXPECT_NE(refusal({file("slip: {fil: /var/lib/jackal/slip.yaml}\n", node)}).find("slip.fil"), std::string::npos);
 }
 
-TEST(Analyze, CertifiesTheConfidenceBoxOfAnIdentifiedPlant) {
+TEST_F(Analyze, CertifiesTheConfidenceBoxOfAnIdentifiedPlant) {
   const std::string model = "plant_model: {dead_time: 0.08, lag: 0.00636, velocity_loop_integral: 0.678";
-  const TemporaryFile known(model + "}"), narrow(model + ", dead_time_half_width: 0.01, gain_half_width: 0.05}"),
-      wide(model + ", dead_time_half_width: 0.01, gain_half_width: 2.0}");
+  const std::string known = file(model + "}"),
+                    narrow = file(model + ", dead_time_half_width: 0.01, gain_half_width: 0.05}"),
+                    wide = file(model + ", dead_time_half_width: 0.01, gain_half_width: 2.0}");
   for (const char* preset : {"improved.yaml", "predictive.yaml"}) {
-    EXPECT_FALSE(figures({config(preset), "--plant", known.path()})["confidence_box"]) << preset;
-    const YAML::Node printed = figures({config(preset), "--plant", narrow.path()});
+    EXPECT_FALSE(figures({config(preset), "--plant", known})["confidence_box"]) << preset;
+    const YAML::Node printed = figures({config(preset), "--plant", narrow});
     const YAML::Node box = printed["confidence_box"];
     EXPECT_GE(box["loop_spectral_radius"].as<double>(), printed["loop_spectral_radius"].as<double>()) << preset;
     EXPECT_LT(box["gain_margin"].as<double>(), printed["gain_margin"].as<double>()) << preset;
     EXPECT_LT(box["delay_margin_s"].as<double>(), printed["delay_margin_s"].as<double>()) << preset;
     EXPECT_TRUE(box["stable"].as<bool>()) << preset;
   }
-  const YAML::Node printed = figures({config("predictive.yaml"), "--plant", wide.path()}, 1);
+  const YAML::Node printed = figures({config("predictive.yaml"), "--plant", wide}, 1);
   EXPECT_TRUE(printed["stable"].as<bool>()) << "as the model says";
   EXPECT_FALSE(printed["confidence_box"]["stable"].as<bool>());
 }
 
-TEST(Analyze, SearchesAnIrregularClockWhereAsked) {
+TEST_F(Analyze, SearchesAnIrregularClockWhereAsked) {
   // A robot with which the loop is unstable on a regular one, so that nothing has to be searched.
-  const TemporaryFile slow("plant_model: {dead_time: 0.4, lag: 0.006, velocity_loop_integral: 0.7}\n");
-  const TemporaryFile model(
+  const std::string slow = file("plant_model: {dead_time: 0.4, lag: 0.006, velocity_loop_integral: 0.7}\n");
+  const std::string model = file(
       "predictive: {belief_rate: 1000, action_rate: 50, speed_process_noise: 0.01, disturbance_process_noise: 0.01,\n"
       "  dead_time_deviation: 0.03}\n"
       "plant_model: {dead_time: 0.08, lag: 0.006, velocity_loop_integral: 0.7}\n");
-  const YAML::Node jitter = figures({model.path(), "--plant", slow.path(), "--jitter"}, 1)["jitter"];
+  const YAML::Node jitter = figures({model, "--plant", slow, "--jitter"}, 1)["jitter"];
   ASSERT_TRUE(jitter);
   EXPECT_EQ(jitter["sequences"].as<double>(), 10000.0);
   EXPECT_FALSE(jitter["any_phase"].as<bool>());
   EXPECT_EQ(jitter["jitter_margin_s"].as<double>(), 0.0);
   EXPECT_EQ(jitter["lost_samples"].as<double>(), 0.0);
-  EXPECT_FALSE(figures({model.path(), "--plant", slow.path()}, 1)["jitter"]);
+  EXPECT_FALSE(figures({model, "--plant", slow}, 1)["jitter"]);
   EXPECT_NE(refusal({config("improved.yaml"), "--jitter"}).find("jitter"), std::string::npos);
 }
 
-TEST(Analyze, PredictiveModelOfTheConfigurationMayDifferFromThePlant) {
-  std::ifstream preset(config("predictive.yaml")), model(config("plant_model.yaml"));
-  std::ostringstream both;
-  both << preset.rdbuf() << model.rdbuf();
-  const TemporaryFile file(both.str());
-  const TemporaryFile robot("plant_model: {dead_time: 0.4, lag: 0.01}\n");
-  const YAML::Node printed = figures({file.path(), "--plant", robot.path()}, 1);
+TEST_F(Analyze, PredictiveModelOfTheConfigurationMayDifferFromThePlant) {
+  const std::string robot = file("plant_model: {dead_time: 0.4, lag: 0.01}\n");
+  const YAML::Node printed = figures({file("", {"predictive.yaml", "plant_model.yaml"}), "--plant", robot}, 1);
   EXPECT_FALSE(printed["stable"].as<bool>()) << "a dead time five times as long as believed";
   EXPECT_EQ(printed["robot"]["dead_time"].as<double>(), 0.4);
 }
 
-TEST(Analyze, BadInputGivesOneClearLine) {
+TEST_F(Analyze, BadInputGivesOneClearLine) {
   EXPECT_NE(refusal({}).find("CONFIG.yaml"), std::string::npos);
   EXPECT_NE(refusal({"/nowhere.yaml"}).find("/nowhere.yaml: cannot be read"), std::string::npos);
   EXPECT_NE(refusal({config("plant.yaml")}).find("controller."), std::string::npos);
@@ -145,13 +132,11 @@ TEST(Analyze, BadInputGivesOneClearLine) {
       refusal({config("improved.yaml"), "--plant", config("plant.yaml")}).find("plant.yaml: has no plant_model.*"),
       std::string::npos)
       << "parameters of the simulated robot";
-  const TemporaryFile empty(""), negative("plant_model: {dead_time: 0.1, lag: -0.03}"),
-      lone("plant_model: {lag: 0.03}");
-  EXPECT_NE(refusal({config("improved.yaml"), "--plant", empty.path()}).find("no keys"), std::string::npos);
-  EXPECT_NE(refusal({config("improved.yaml"), "--plant", negative.path()}).find("plant_model.lag = -0.03"),
-            std::string::npos);
-  EXPECT_NE(refusal({config("improved.yaml"), "--plant", lone.path()}).find("plant_model.dead_time: missing"),
-            std::string::npos);
+  for (const auto& [plant, said] : {std::pair("", "no keys"),
+                                    {"plant_model: {dead_time: 0.1, lag: -0.03}", "plant_model.lag = -0.03"},
+                                    {"plant_model: {lag: 0.03}", "plant_model.dead_time: missing"}}) {
+    EXPECT_NE(refusal({config("improved.yaml"), "--plant", file(plant)}).find(said), std::string::npos) << said;
+  }
 }
 
 }  // namespace

@@ -106,16 +106,18 @@ class Drive:
     events: a list of (time, text) of each change of status, cause or fault, in the words of the node's log.
     findings: a list of (time, text, whether it is a fault) of each change of what the fault detection finds; '' is nothing.
     set_points: a list of (time, speed, yaw rate), as they were driven.
-    effective_track: that `predictive` believes in at the end [m]; None for other controllers.
+    effective_track, plant_model: that `predictive` believes in at the end [m], and its model of the drive train, a dict of the keys
+    of plant_model.*; None for other controllers.
     """
 
-    def __init__(self, columns, events, set_points, findings=(), effective_track=None):
+    def __init__(self, columns, events, set_points, findings=(), effective_track=None, plant_model=None):
         self.__dict__.update(columns)
         self._names = tuple(columns)
         self.events = events
         self.set_points = set_points
         self.findings = findings
         self.effective_track = effective_track
+        self.plant_model = plant_model
 
     def columns(self):
         """The columns by name, as pandas.DataFrame() takes them."""
@@ -186,9 +188,9 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
     if isinstance(controller, os.PathLike):
         controller = os.fspath(controller)
     model = monitor if isinstance(monitor, dict) else {}
-    table, estimates, events, findings, track = _core.simulate(
+    table, estimates, events, findings, track, believed_model = _core.simulate(
         os.fspath(robot), controller, points, float(duration), faults, overrides, True if model else monitor, model, as_printed,
         samples_only, odometry)
     columns = dict(zip(_COLUMNS, table), **dict(zip(_ODOMETRY, estimates) if odometry else ()))
     columns.update((name, columns[name].astype(int)) for name in _WHOLE)
-    return Drive(columns, events, points, findings, track)
+    return Drive(columns, events, points, findings, track, believed_model)

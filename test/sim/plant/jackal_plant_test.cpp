@@ -459,15 +459,7 @@ TEST(RealPlant, EveryKeyHasARepeatableEffectOnceItIsEnabled) {
   }
 }
 
-TEST(RealPlant, OffsetTyresBatteryAndEncoderFilterChangeTheWheels) {
-  JackalPlant offset = plantOf(with(quiet(), [](P& p) { p.wheel_offset = 0.5; }));
-  offset.command({0.45, 0.45});
-  run(offset, 1.0);
-  EXPECT_NEAR(offset.truth().position.x(), 0.0, 1e-4);
-  offset.command({5.0, 5.0});
-  run(offset, 2.0);
-  EXPECT_NEAR(wheelSpeed(offset), 4.5, 0.01);
-
+TEST(RealPlant, TyresBatteryAndEncoderFilterChangeTheWheels) {
   JackalPlant tyre = plantOf(with(quiet(), [](P& p) { p.wheel_radius_left = 0.095; }));
   run(tyre, 0.1);
   EXPECT_NEAR(tyre.truth().linear_velocity.norm(), 0.0, 1e-3) << "stands from the start";

@@ -59,19 +59,6 @@ TEST(MotorLoop, FollowsThePiLoopsStepResponse) {
   }
 }
 
-TEST(MotorLoop, RespectsTheAccelerationLimitBothWays) {
-  PlantParameters p = parameters();
-  p.acceleration_limit = 20.0;
-  MotorLoop motor(p, kRadius, kStep);
-  double speed = 0.0;
-  for (int n = 0; n < 1000; ++n) {
-    const double next = motor.reference(n < 500 ? 8.0 : -8.0, speed);
-    EXPECT_LE(std::abs(next - speed), 20.0 * kStep + 1e-12);
-    speed = next;
-  }
-  EXPECT_LT(speed, 0.0);
-}
-
 TEST(MotorLoop, AccelerationLimitDoesNotWindUpTheIntegral) {
   PlantParameters p = parameters();
   p.acceleration_limit = 5.0;

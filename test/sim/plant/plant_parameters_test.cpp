@@ -4,8 +4,8 @@
 
 #include <string>
 
+#include "../../complaint.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
-#include "test_plant.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -26,10 +26,10 @@ TEST(PlantParameters, ShippedFileListsEveryKeyAndNoOther) {
 }
 
 TEST(PlantParameters, NamesWhatIsWrong) {
-  const auto complaint = [](const std::string& text) { return messageOf<ParameterError>([&] { fromYaml(text); }); };
-  EXPECT_EQ(complaint("plant: {dead_time: -0.1}"), "plant.dead_time = -0.1: must be in [0, 2] s");
-  EXPECT_EQ(complaint("plant: {support: boat}"), "plant.support = 'boat': expected one of ground, box");
-  EXPECT_EQ(complaint("plant: {frictoin: 1}").find("plant.frictoin = 1: unknown key"), 0u);
+  const auto refusal = [](const std::string& text) { return complaint([&] { fromYaml(text); }); };
+  EXPECT_EQ(refusal("plant: {dead_time: -0.1}"), "plant.dead_time = -0.1: must be in [0, 2] s");
+  EXPECT_EQ(refusal("plant: {support: boat}"), "plant.support = 'boat': expected one of ground, box");
+  EXPECT_EQ(refusal("plant: {frictoin: 1}").find("plant.frictoin = 1: unknown key"), 0u);
 }
 
 }  // namespace

@@ -62,15 +62,4 @@ inline PlantMeasurement nextMeasurement(JackalPlant& plant) {
 /// Both sides at a speed of the wheel circumference [m/s].
 inline WheelCommand rolling(double left, double right) { return {left / kWheelRadius, right / kWheelRadius}; }
 
-/// what() of the exception of type Error that an action throws; empty if it throws none.
-template <class Error, class Action>
-std::string messageOf(Action action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
 }  // namespace jackal_aic::sim
