@@ -1,7 +1,5 @@
 #include "loop_setup.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 
@@ -141,24 +139,28 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   return setup;
 }
 
-LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
-                           const Overrides& overrides) {
-  Overrides all;
-  if (controller == kDifferentialDrive) {
-    all.emplace_back("diff_drive.linear_acceleration", fmt::format("{}", kThesisDriveAcceleration));
-  }
-  all.insert(all.end(), overrides.begin(), overrides.end());
-  LoopSetup setup = loadSetup(files, controller, plant, all);
-  if (auto* gains = std::get_if<ControllerParameters>(&setup.drive.controller)) gains->printed = true;
-  return setup;
-}
-
 DriveLoop makeLoop(const DriveParameters& parameters) {
   return DriveLoop(parameters, makeController(parameters, Divergence::allowed));
 }
 
 DriveLoop makeLoop(const LoopSetup& setup) {
   return setup.structure ? DriveLoop(setup.drive, setup.structure()) : makeLoop(setup.drive);
+}
+
+PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
+  PlantModel model = linearModel(loadSetup(files, kDifferentialDrive, plant_name, {}).plant);
+  model.offset = 0.0;  // as in loadSetup()
+  ParameterMap map = files.configuration("plant_model");
+  if (!model.on_box) model.effective_track = readPlantModel(map).effective_track;
+  return model;
+}
+
+DriveLoop monitoredLoop(LoopSetup setup, const PlantModel& model) {
+  auto controller = setup.structure ? setup.structure() : makeController(setup.drive, Divergence::allowed);
+  setup.drive.faults = FaultParameters{};
+  setup.drive.plant_model = model;
+  setup.drive.open_loop_monitored = true;
+  return DriveLoop(setup.drive, std::move(controller));
 }
 
 }  // namespace jackal_aic::sim

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <map>
 #include <tuple>
 
 #include "bindings.hpp"
@@ -27,45 +25,16 @@ using TimedSetPoints = std::vector<std::tuple<double, double, double>>;
 /// A fault as (kind, start [s], channel, value, duration [s]).
 using FaultData = std::tuple<std::string, double, std::string, double, double>;
 
-/// The enumerator of a word.
+/// The enumerator of a word, which jackal_aic/_simulation.py has checked.
 template <class Enum, std::size_t kCount>
 Enum enumOf(const std::array<const char*, kCount>& words, const std::string& word) {
   return static_cast<Enum>(std::find(words.begin(), words.end(), word) - words.begin());
 }
 
-/// Lasting changes of ground and motors, by their time [s].
-using Changes = std::multimap<double, std::function<void(sim::JackalPlant&)>>;
-
-/// Adds a fault to those of a run; jackal_aic/_simulation.py has checked it.
-void addFault(const FaultData& data, const sim::PlantParameters& plant, Changes& changes, sim::Faults& faults) {
+sim::InjectedFault faultOf(const FaultData& data) {
   const auto& [kind, start, channel, value, duration] = data;
-  const double until = start + duration;
-  const bool all = channel == "all", left = all || channel == "left", right = all || channel == "right";
-  if (kind == "friction") {
-    changes.emplace(start, [value = value](sim::JackalPlant& robot) { robot.setFriction(value); });
-  } else if (kind == "gain") {
-    changes.emplace(start, [gain = value, offset = plant.wheel_offset](sim::JackalPlant& robot) {
-      robot.changeMotors(gain, offset);
-    });
-  } else if (kind == "offset") {
-    changes.emplace(start, [gain = plant.wheel_gain, offset = value](sim::JackalPlant& robot) {
-      robot.changeMotors(gain, offset);
-    });
-  } else if (kind == "blocked") {
-    if (left) faults.motors.push_back({sim::Side::left, start, until});
-    if (right) faults.motors.push_back({sim::Side::right, start, until});
-  } else if (kind == "lost") {
-    const ChannelValidity remaining{!(all || channel == "gyro"), !left, !right, !(all || channel == "acceleration")};
-    faults.losses.push_back({remaining, start, until});
-  } else if (kind == "push") {
-    const bool along = channel == "forward";
-    faults.pushes.push_back({along ? value : 0.0, along ? 0.0 : value, start, until});
-  } else if (kind == "lift") {
-    faults.lifts.push_back({start, until});
-  } else {
-    faults.sensors.push_back({enumOf<sim::FaultKind>(sim::kFaultKindNames, kind),
-                              enumOf<sim::FaultChannel>(sim::kFaultChannelNames, channel), value, start, duration});
-  }
+  return {enumOf<sim::FaultKind>(sim::kFaultKindNames, kind),
+          enumOf<sim::FaultChannel>(sim::kFaultChannelNames, channel), value, start, duration};
 }
 
 /// The columns of a drive, and those with odometry=True, whose names jackal_aic/_simulation.py has.
@@ -214,15 +183,8 @@ void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const 
   }
 }
 
-sim::LoopSetup setupOf(const std::string& robot, const std::string& controller, const sim::Overrides& overrides,
-                       bool as_printed) {
-  return (as_printed ? sim::loadPrintedSetup : sim::loadSetup)(packageFiles(), controller, robot, overrides);
-}
-
 Run runOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides,
-          const std::optional<py::dict>& monitored, bool as_printed) {
-  const bool named = py::isinstance<py::str>(controller);
-  if (as_printed && !named) throw ParameterError("as_printed = True: needs the name or file of a controller");
+          const std::optional<py::dict>& monitored) {
   Run run;
   if (py::isinstance<Parameters>(controller)) {
     requireHeeded(overrides, {"plant", "loop"});
@@ -230,8 +192,8 @@ Run runOf(const std::string& robot, const py::object& controller, const sim::Ove
     run.setup.drive = driveParameters(controller.cast<const Parameters&>());
     return run;
   }
-  if (named) {
-    run.setup = setupOf(robot, controller.cast<std::string>(), overrides, as_printed);
+  if (py::isinstance<py::str>(controller)) {
+    run.setup = sim::loadSetup(packageFiles(), controller.cast<std::string>(), robot, overrides);
   } else {
     requireHeeded(overrides, {"plant", "loop", "robot", "limits"});
     run.setup = sim::loadSetup(packageFiles(), "standard", robot, overrides);
@@ -262,31 +224,22 @@ py::array_t<double> tableOf(const std::vector<Row>& rows) {
 
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
                    double duration, const std::vector<FaultData>& fault_list, const py::dict& changes,
-                   std::optional<bool> monitor, const py::dict& monitor_model, bool as_printed, bool samples_only,
-                   bool odometry) {
+                   std::optional<bool> monitor, const py::dict& monitor_model, bool samples_only, bool odometry) {
   sim::SetPointProfile profile;
   profile.duration = duration;
   for (const auto& [time, forward, yaw_rate] : set_points) profile.changes.push_back({time, {forward, 0.0, yaw_rate}});
   const bool monitored = monitor.value_or(!fault_list.empty());
-  Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt,
-                  as_printed);
+  Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt);
   sim::LoopSetup& setup = run.setup;
   if (monitor == false) setup.drive.faults.reset();
   sim::Faults faults;
-  Changes lasting;
-  for (const FaultData& fault : fault_list) addFault(fault, setup.plant, lasting, faults);
+  for (const FaultData& fault : fault_list) faults.push_back(faultOf(fault));
 
   sim::JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop drive = run.monitor_model ? sim::monitoredLoop(setup, *run.monitor_model) : sim::makeLoop(setup);
   drive.release();
   Recorder recorder(plant, drive, setup, {samples_only, odometry});
-  sim::LoopHooks hooks = sim::faultHooks(plant, faults);
-  hooks.disturb = [&plant, &lasting, faulty = hooks.disturb](double now) {
-    for (; !lasting.empty() && lasting.begin()->first <= now + sim::kTimeTolerance; lasting.erase(lasting.begin())) {
-      lasting.begin()->second(plant);
-    }
-    faulty(now);
-  };
+  sim::LoopHooks hooks = sim::faultHooks(plant, faults, setup.plant);
   hooks.sensed = [&recorder](const sim::LoopStep& step) { recorder.sensed(step); };
   hooks.done = [&recorder, steps = 0](const sim::LoopStep& step) mutable {
     recorder.done(step);
@@ -304,8 +257,8 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
                         track);
 }
 
-py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes, bool as_printed) {
-  const sim::LoopSetup setup = setupOf(robot, controller, overridesOf(changes), as_printed);
+py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes) {
+  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes));
   constexpr const char* kStructures[] = {"thesis", "predictive", "diff_drive"};
   constexpr const char* kSections[] = {"controller", "predictive", "diff_drive"};
   py::dict all;
@@ -337,11 +290,10 @@ py::tuple wordsOf(int count) {
 
 void bindSimulation(py::module& m) {
   m.def("simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
-        py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("as_printed"),
-        py::arg("samples_only"), py::arg("odometry"),
+        py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("samples_only"),
+        py::arg("odometry"),
         "Columns, those of the odometry, events, findings and effective track of a drive; see jackal_aic.simulate().");
   m.def("settings", &settings, py::arg("robot"), py::arg("controller"), py::arg("overrides") = py::dict(),
-        py::arg("as_printed") = false,
         R"(The values with which simulate() drives, as dicts of names and values: "plant", "geometry", "controller", and
 "plant_model", which the controller has of the robot (unless it is the open loop). "preset" is the text of a YAML file with
 the controller's values. "structure" is "thesis", "predictive" or

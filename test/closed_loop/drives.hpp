@@ -4,7 +4,6 @@
 /// Robots, drives and faults that several tests of the closed loop share.
 
 #include <cstdint>
-#include <limits>
 #include <random>
 
 #include "monitored_loop.hpp"
@@ -20,11 +19,9 @@ inline const PackageFiles& files() {
 /// When the faults of sensorFault() begin [s].
 inline constexpr double kFaultTime = 3.0;
 
-/// A sensor that is faulty from kFaultTime on; see SensorFaults.
-inline Faults sensorFault(FaultKind kind, FaultChannel channel, double amount = 0.0) {
-  Faults faults;
-  faults.sensors = {{kind, channel, amount, kFaultTime, std::numeric_limits<double>::infinity()}};
-  return faults;
+/// A sensor that is faulty from kFaultTime on.
+inline Faults sensorFault(FaultKind kind, FaultChannel channel, double value = 0.0) {
+  return {{kind, channel, value, kFaultTime}};
 }
 
 /// The assumed model of a Jackal that was not identified.

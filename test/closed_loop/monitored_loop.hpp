@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "injected_faults.hpp"
+#include "loop_setup.hpp"
 
 namespace jackal_aic::sim {
 

@@ -33,7 +33,13 @@ std::vector<MonitoredSample> run(const char* controller, const ChannelValidity& 
   profile.changes = changes;
   profile.duration = kEnd;
   Faults faults;
-  faults.losses = {{remaining, kLoss, until}};
+  const auto lose = [&](bool remains, FaultChannel channel) {
+    if (!remains) faults.push_back({FaultKind::lost, channel, 0.0, kLoss, until - kLoss});
+  };
+  lose(remaining.yaw_rate, FaultChannel::gyro);
+  lose(remaining.wheel_left, FaultChannel::left);
+  lose(remaining.wheel_right, FaultChannel::right);
+  lose(remaining.acceleration, FaultChannel::acceleration);
   return runMonitored(loadSetup(files(), controller, "ground", {}), monitorModel(files(), "ground"), profile, faults);
 }
 

@@ -38,7 +38,7 @@ Outcome drive(const std::string& controller, const Channel& wrong, double scale,
   setup.drive.on_loss = LossPolicyParameters{};
   Faults faults;
   for (const FaultChannel channel : wrong.channels) {
-    faults.sensors.push_back({FaultKind::scale, channel, scale, 0.0, 1e9});
+    faults.push_back({FaultKind::scale, channel, scale});
   }
   SetPointProfile profile;
   profile.changes = {{kStart, set_point}};
