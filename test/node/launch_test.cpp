@@ -199,7 +199,7 @@ Identification identified() {
 /// The same as `identify` writes it.
 std::string identifiedModel() { return plantModelYaml(identified(), {"some.bag", "", ""}); }
 
-/// The plant with numbers that are short only with an exponent or without a point, as `experiments calibrate` writes.
+/// The plant with numbers that are short only with an exponent or without a point, as YAML allows.
 std::string calibratedPlant() {
   std::string text = readText(kConfig + "plant.yaml");
   for (const auto& [key, value] : {std::pair{"motor_lag", "1.0e-05"}, {"velocity_loop_integral", "1.0"}}) {
