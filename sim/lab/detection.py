@@ -9,7 +9,7 @@ import motions
 import robots
 
 FAULT_TIME, WATCHED = 3.0, 1.0  # s
-ORDINARY_SEED, ORDINARY_TIME = 7, 600.0  # s
+ORDINARY_SEED, ORDINARY_TIME = 7, 300.0  # s
 QUIET_TIME = 1800.0  # s
 MOTIONS = {'0.5 m/s': (0.5, 0.0), '1 m/s': (1.0, 0.0), '-0.5 m/s': (-0.5, 0.0), '0.5 rad/s': (0.0, 0.5),
            '0.5 m/s, 0.5 rad/s': (0.5, 0.5)}

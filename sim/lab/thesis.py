@@ -79,15 +79,19 @@ def printed(controller, plant, motion, overrides, label=''):
                                 overrides if own else with_integrator(overrides, integrator), True, label)
 
 
+def computed(name, time, set_speed, speed, believed=None, command=0.0):
+    """A drive straight on that is computed and not simulated."""
+    nothing = numpy.zeros_like(time)
+    return types.SimpleNamespace(
+        controller_name=name, time=time, set_speed=nothing + set_speed, set_yaw_rate=nothing, speed=speed, yaw_rate=nothing, measured_speed=speed,
+        measured_yaw_rate=nothing, believed_speed=believed, believed_yaw_rate=nothing, command_left=nothing + command, command_right=nothing + command)
+
+
 def state_space(controller, overrides, height, label):
     """The point mass of chapter 4: its output is the velocity, its belief the belief."""
     motion, values = motions.step(height), engine.settings('box', controller, with_integrator(overrides, 'euler'))
     time, output, belief = step_response(values['controller'], height, motions.STEP_TIME)
-    nothing, wheel = numpy.zeros_like(output), output / values['geometry']['wheel_radius']
-    drive = types.SimpleNamespace(
-        time=time + motions.REST, set_speed=nothing + height, set_yaw_rate=nothing, speed=output, yaw_rate=nothing,
-        measured_speed=output, measured_yaw_rate=nothing, believed_speed=belief, believed_yaw_rate=nothing, command_left=wheel,
-        command_right=wheel, controller_name='state_space')
+    drive = computed('state_space', time + motions.REST, height, output, belief, output / values['geometry']['wheel_radius'])
     row = {'controller': controller, 'plant': 'state_space', 'label': label, **engine.described(values),
            **engine.step_columns(motion), **metrics.response(drive, motion)}
     return row, drive
@@ -179,11 +183,7 @@ def plant_limit(plant, motion, label):
     for i, t in enumerate(time.tolist()):
         now += min(largest, max(-largest, motion.at(t - delay)[0] - now))
         speed[i] = now
-    nothing = numpy.zeros_like(time)
-    drive = types.SimpleNamespace(
-        time=time, set_speed=numpy.array([motion.at(t)[0] for t in time.tolist()]), set_yaw_rate=nothing, speed=speed,
-        yaw_rate=nothing, measured_speed=speed, measured_yaw_rate=nothing, command_left=nothing, command_right=nothing,
-        controller_name='diff_drive')
+    drive = computed('diff_drive', time, [motion.at(t)[0] for t in time.tolist()], speed)
     row = {'controller': 'plant_limit', 'plant': plant, 'label': label, **engine.step_columns(motion),
            **metrics.response(drive, motion), **metrics.errors(drive, motion)}
     return row, drive
