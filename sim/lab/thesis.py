@@ -195,17 +195,14 @@ def loop(controller, plant, motion, overrides=None, label=''):
     return functools.partial(engine.result, plant, controller, motion, overrides, False, label, True)
 
 
-def loops(node, specific=None):
+def loops(node, case=None):
     """(controller, plant) of a scenario or of one of its cases, plant by plant."""
-    specific = specific or {}
-    for plant in specific.get('plants', node['plants']):
-        for controller in specific.get('controllers', node['controllers']):
-            yield controller, plant
+    return [(controller, plant) for plant in (case or {}).get('plants', node['plants']) for controller in node['controllers']]
 
 
 def comparison(node):
     for case in node['cases']:
-        unknown = set(case) - {'label', 'profile', 'set', 'set_for', 'controllers', 'plants'}
+        unknown = set(case) - {'label', 'profile', 'set', 'set_for', 'plants'}
         if unknown:
             raise ValueError("case: unknown key '{}'".format(sorted(unknown)[0]))
         motion = motions.read(case.get('profile', node.get('profile')))
@@ -214,22 +211,20 @@ def comparison(node):
             yield loop(controller, plant, motion, overrides, case.get('label', ''))
 
 
-def kalman_filter(plant, motion, overrides, track):
+def kalman_filter(plant, motion, track):
     """The same drive by `predictive`, with the estimate of a Kalman filter instead of the belief."""
-    row, drive = engine.result(plant, 'predictive', motion, overrides)
-    samples = engine.drive(plant, 'predictive', motion, overrides, samples_only=True).time
-    drive.sampled = numpy.isin(drive.time, samples)
-    drive.believed_speed, drive.believed_yaw_rate = kalman.filtered(drive, engine.settings(plant, 'predictive', overrides), track)
+    row, drive = engine.result(plant, 'predictive', motion)
+    drive.sampled = numpy.isin(drive.time, engine.drive(plant, 'predictive', motion, samples_only=True).time)
+    drive.believed_speed, drive.believed_yaw_rate = kalman.filtered(drive, engine.settings(plant, 'predictive'), track)
     return dict(row, controller='kalman_filter', **metrics.errors(drive, motion)), drive
 
 
 def belief_accuracy(node):
     motion = motions.read(node['profile'])
-    overrides = node.get('set', {})
     for controller, plant in loops(node):
-        yield loop(controller, plant, motion, overrides)
+        yield loop(controller, plant, motion)
         if controller == 'predictive':
-            yield functools.partial(kalman_filter, plant, motion, overrides, node['kalman_filter_track'])
+            yield functools.partial(kalman_filter, plant, motion, node['kalman_filter_track'])
 
 
 KINDS = {'thesis_steps': thesis_steps, 'steps': listed_steps, 'squares': squares, 'usable_range': usable_ranges,

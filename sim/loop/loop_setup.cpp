@@ -85,6 +85,10 @@ void refuseUnheeded(const ParameterMap& file, const Overrides& overrides) {
   }
 }
 
+std::unique_ptr<VelocityController> controllerOf(const LoopSetup& setup) {
+  return setup.structure ? setup.structure() : makeController(setup.drive, Divergence::allowed);
+}
+
 void apply(const Overrides& overrides, ParameterMap& map) {
   for (const auto& [key, value] : overrides) setFromText(key, value, map);
 }
@@ -139,13 +143,7 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   return setup;
 }
 
-DriveLoop makeLoop(const DriveParameters& parameters) {
-  return DriveLoop(parameters, makeController(parameters, Divergence::allowed));
-}
-
-DriveLoop makeLoop(const LoopSetup& setup) {
-  return setup.structure ? DriveLoop(setup.drive, setup.structure()) : makeLoop(setup.drive);
-}
+DriveLoop makeLoop(const LoopSetup& setup) { return DriveLoop(setup.drive, controllerOf(setup)); }
 
 PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
   PlantModel model = linearModel(loadSetup(files, kDifferentialDrive, plant_name, {}).plant);
@@ -156,7 +154,7 @@ PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name
 }
 
 DriveLoop monitoredLoop(LoopSetup setup, const PlantModel& model) {
-  auto controller = setup.structure ? setup.structure() : makeController(setup.drive, Divergence::allowed);
+  auto controller = controllerOf(setup);
   setup.drive.faults = FaultParameters{};
   setup.drive.plant_model = model;
   setup.drive.open_loop_monitored = true;

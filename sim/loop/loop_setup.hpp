@@ -56,8 +56,7 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
 
 /// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
 /// @throws ParameterError if its parameters contradict each other.
-DriveLoop makeLoop(const DriveParameters& parameters);
-DriveLoop makeLoop(const LoopSetup& setup);  ///< with the controller of the setup
+DriveLoop makeLoop(const LoopSetup& setup);
 
 /// The model that a monitor of a plant uses: the drive train of the plant's file without offset and overrides, and the
 /// effective track of config/plant_model.yaml.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <tuple>
 
 #include "bindings.hpp"
@@ -324,6 +325,10 @@ simulate().)");
 time: stamps [s], increasing, shape (n,). value: the signal at these times, shape (n,), in the unit of the set points.
 settling_band: share of the final value. Raises ValueError if the series differ in length, span less than 0.5 s after the
 step, or the step is zero.)");
+  py::class_<std::mt19937_64>(m, "Generator", "std::mt19937_64: a seed means the same draws everywhere.")
+      .def(py::init<std::uint64_t>(), py::arg("seed"))
+      .def(
+          "__call__", [](std::mt19937_64& generator) { return generator(); }, "64 random bits.");
   py::tuple statuses(5);
   for (int i = 0; i < 5; ++i) statuses[static_cast<py::size_t>(i)] = py::str(wordOf(static_cast<DriveStatus>(i)));
   m.attr("STATUSES") = statuses;

@@ -60,7 +60,7 @@ TEST(RobotModel, RefusesRobotsThatCannotDriveOrExist) {
       {jackalUrdfWith("<mass value=\"0.477\"/>", "<mass value=\"0\"/>"), "wheel 'front_left_wheel_link': mass 0 kg"},
       {withoutInertia(), "wheel 'front_left_wheel_link': mass 0 kg, principal inertia 0 to 0 kg m^2"},
       {jackalUrdfWith("ixx=\"0.3136\"", "ixx=\"-0.3136\""),
-       "the chassis: mass 16.523 kg, principal inertia -0.313954 to 0.449998 kg m^2, centre of mass 0.0680955 m away: "
+       "the chassis: mass 16.523 kg, principal inertia -0.313954 to 0.448868 kg m^2, centre of mass 0.0680955 m away: "
        "must be in [0.001, 10000] kg, [1e-09, 100000] kg m^2 and within 100 m"},
       {jackalUrdfWith("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 -1 0\"/>"),
        "joint 'front_left_wheel' must turn about +y of base_link (positive is forward)"},
