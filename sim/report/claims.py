@@ -309,6 +309,8 @@ CLAIMS = [
      faster(*IMPROVED, ({'plant': 'ground'},))),
     ('figure_5-24', 'Section 5-5-3', 'The differential drive settles at a higher value than asked.',
      settles_high('figure_5-24', ' on the box', plant='box')),
-    ('table_5-5', 'Figure D-1', 'κ_μ = 1 at 50 Hz: the belief becomes infinite.', with_euler('table_5-5', False, kappa_mu=1.0, belief_hz=50.0)),
-    ('table_5-4', 'Figure D-2', 'τ = 0.001 at 50 Hz: velocity and belief become unstable.', with_euler('table_5-4', False, tau=0.001, belief_hz=50.0)),
+    ('table_5-5', 'Figure D-1', 'κ_μ = 1 at 50 Hz: the belief becomes infinite.',
+     with_euler('table_5-5', False, kappa_mu=1.0, belief_hz=50.0)),
+    ('table_5-4', 'Figure D-2', 'τ = 0.001 at 50 Hz: velocity and belief become unstable.',
+     with_euler('table_5-4', False, tau=0.001, belief_hz=50.0)),
 ]

@@ -92,8 +92,8 @@ def grouped(runs):
 COLUMNS = (  # of our numbers: column, heading, digits, with a sign
     ('settling_s', 'settling [s]', 2, False), ('rise_s', 'rise [s]', 2, False), ('overshoot_pct', 'overshoot [%]', 1, False),
     ('steady_error_pct', 'steady-state error [%]', 2, True), ('tracking_rms_mps', 'tracking, RMS [m/s]', 3, False),
-    ('tracking_rms_radps', 'tracking, RMS [rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False), ('belief_rms_radps', 'belief, RMS [rad/s]', 4, False),
-    ('effective_track', 'learned track [m]', 3, False))
+    ('tracking_rms_radps', 'tracking, RMS [rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False),
+    ('belief_rms_radps', 'belief, RMS [rad/s]', 4, False), ('effective_track', 'learned track [m]', 3, False))
 
 
 def run_table(runs):
