@@ -35,6 +35,13 @@ class Fault(typing.NamedTuple):
     def active(self, since_onset):
         return self.start <= since_onset < self.start + self.duration
 
+    def possible(self):
+        """Whether its topic has a fault of this kind on this channel."""
+        if self.topic == 'system':
+            return self.kind in SYSTEM
+        channels, own = TOPICS[self.topic]
+        return self.kind in own + OF_TIME + (() if self.topic in UNSTAMPED else OF_STAMP) + (OF_VALUE if self.channel in channels else ())
+
     def __str__(self):
         amount = ' {:g}'.format(self.amount) if self.amount else ''
         channel = ' of ' + self.channel if self.channel != 'all' else ''
@@ -81,47 +88,6 @@ class Scenario(typing.NamedTuple):
         return self.clear() + self.recovery
 
 
-def require(good, key, words):
-    if not good:
-        raise ValueError('{}: {}'.format(key, words))
-
-
-def one_of(key, value, known):
-    require(value in known, key, "'{}' is unknown; known: {}".format(value, ', '.join(known)))
-    return value
-
-
-def keys(key, node, known):
-    """A mapping with known keys."""
-    require(isinstance(node, dict), key, 'must be a mapping')
-    for name in node:
-        one_of(key, name, known)
-    return node
-
-
-def fault_of(key, topic, node):
-    require('kind' in node, key + '.kind', 'missing')
-    fault = Fault(topic, **keys(key, dict(node), Fault._fields[1:]))
-    if topic == 'system':
-        one_of(key, fault.kind, SYSTEM)
-        return fault
-    channels, own = TOPICS[topic]
-    possible = own + OF_TIME + (() if topic in UNSTAMPED else OF_STAMP) + (OF_VALUE if fault.channel in channels else ())
-    require(fault.kind in possible, key, '{} of {} is not a fault of this topic'.format(fault.kind, fault.channel))
-    return fault
-
-
-def expectation_of(key, node):
-    node = keys(key, dict(node), Expectation._fields)
-    require('outcome' in node, key + '.outcome', 'missing')
-    node['reasons'] = tuple(node.get('reasons', ()))
-    found = Expectation(**node)
-    one_of(key + '.outcome', found.outcome, ('stops', 'drives', 'resumes'))
-    one_of(key + '.detected_by', found.detected_by, ('state', 'set_points', 'measurements', 'tolerated'))
-    require(found.reasons or found.detected_by != 'state', key + '.reasons', 'missing, though detected_by needs them')
-    return found
-
-
 def plants_of(node):
     """Each combination of the values of plant.*, where a list stands for several robots: (suffix of the name, values)."""
     lists = [name for name, value in node.items() if isinstance(value, list)]
@@ -131,21 +97,21 @@ def plants_of(node):
 
 def scenarios_of(name, node, motions):
     """The runs of an entry: with each of its motions and of its robots."""
-    key = 'scenarios.' + name
-    keys(key, node, ('motions', 'core', 'real', 'onset', 'recovery', 'own_launch', 'plant', 'expect', 'system') + tuple(TOPICS))
-    faults = tuple(fault_of('{}.{}'.format(key, topic), topic, node[topic]) for topic in (*TOPICS, 'system') if topic in node)
-    require(faults or node.get('plant'), key, 'has no fault')
-    require('motions' in node and 'expect' in node, key, 'motions and expect are needed')
-    for part in ('motions', 'core', 'real'):
-        for motion in node.get(part, ()):
-            one_of('{}.{}'.format(key, part), motion, motions)
-    rest = {part: node[part] for part in ('onset', 'recovery', 'own_launch') if part in node}
-    for motion in node['motions']:
-        point = keys('motions.' + motion, motions[motion], ('forward', 'yaw_rate'))
-        for suffix, plant in plants_of(node.get('plant', {})):
-            yield Scenario('{}{}/{}'.format(name, suffix, motion), motion, (point.get('forward', 0.0), point.get('yaw_rate', 0.0)), faults,
-                           plant, expectation_of(key + '.expect', node['expect']), core=motion in node.get('core', ()),
-                           real=motion in node.get('real', ()), **rest)
+    node = dict(node)
+    faults = tuple(Fault(topic, **node.pop(topic)) for topic in (*TOPICS, 'system') if topic in node)
+    for fault in faults:
+        if not fault.possible():
+            raise ValueError('{} of {} is not a fault of {}'.format(fault.kind, fault.channel, fault.topic))
+    expectation = node.pop('expect')
+    expectation = Expectation(**dict(expectation, reasons=tuple(expectation.get('reasons', ()))))
+    if expectation.outcome not in ('stops', 'drives', 'resumes') or (expectation.detected_by == 'state' and not expectation.reasons):
+        raise ValueError('outcome must be stops, drives or resumes, with reasons if it is detected by the state')
+    marks = {mark: node.pop(mark, ()) for mark in ('core', 'real')}
+    chosen, robots = node.pop('motions'), node.pop('plant', {})
+    for motion, (suffix, plant) in itertools.product(chosen, plants_of(robots)):
+        set_point = tuple(motions[motion].get(channel, 0.0) for channel in ('forward', 'yaw_rate'))
+        yield Scenario('{}{}/{}'.format(name, suffix, motion), motion, set_point, faults, plant, expectation,
+                       **{mark: motion in marked for mark, marked in marks.items()}, **node)
 
 
 def pair(first, second, motion):
@@ -160,39 +126,28 @@ def pair(first, second, motion):
 
 
 def parse(text):
-    """All scenarios of a YAML text, in alphabetical order. Raises ValueError naming key and value."""
-    try:
-        node = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(' '.join(str(error).split())) from error
-    keys('scenarios', node, ('motions', 'scenarios', 'pairs'))
-    motions = node.get('motions', {})
-    found = [run for name, entry in node.get('scenarios', {}).items() for run in scenarios_of(name, entry, motions)]
-    by_name = {run.name: run for run in found}
+    """All scenarios of a YAML text, in alphabetical order. Raises ValueError naming the entry that cannot be read."""
+    node, by_name = yaml.safe_load(text), {}
+    for name, entry in node['scenarios'].items():
+        try:
+            by_name.update((run.name, run) for run in scenarios_of(name, entry, node['motions']))
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError('scenarios.{}: {}'.format(name, error)) from error
     for first, second, chosen in node.get('pairs', ()):
-        for motion in chosen:
-            names = ['{}/{}'.format(name, motion) for name in (first, second)]
-            for name in names:
-                one_of('pairs', name, by_name)
-            found.append(pair(*(by_name[name] for name in names), motion))
-    return sorted(found, key=lambda run: run.name)
-
-
-def read(path):
-    try:
-        with open(path) as file:
-            return parse(file.read())
-    except (OSError, ValueError) as error:
-        raise ValueError('{}: {}'.format(path, error)) from error
+        for run in [pair(by_name[first + '/' + motion], by_name[second + '/' + motion], motion) for motion in chosen]:
+            by_name[run.name] = run
+    return sorted(by_name.values(), key=lambda run: run.name)
 
 
 def selected(path, pattern='.', own_launch=False, core=False, real=False):
-    """The scenarios whose name matches a regular expression, of the test suite (core) or of the plant `real`."""
+    """The scenarios of a file whose name matches a regular expression, of the test suite (core) or of the plant `real`."""
     try:
-        expression = re.compile(pattern)
-    except re.error as error:
-        raise ValueError("select = '{}': no regular expression: {}".format(pattern, error)) from error
-    found = [run for run in read(path) if expression.search(run.name) and run.own_launch == own_launch and (run.core or not core) and
-             (run.real or not real)]
-    require(found, "select = '{}'".format(pattern), 'matches no scenario')
+        with open(path) as file:
+            runs = parse(file.read())
+        found = [run for run in runs if re.search(pattern, run.name) and run.own_launch == own_launch and (run.core or not core) and
+                 (run.real or not real)]
+    except (OSError, KeyError, re.error, yaml.YAMLError) as error:
+        raise ValueError('{}, select = {}: {}'.format(path, pattern, ' '.join(str(error).split()))) from error
+    if not found:
+        raise ValueError("select = '{}': matches no scenario".format(pattern))
     return found

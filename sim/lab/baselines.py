@@ -14,7 +14,6 @@ import numpy
 import scipy.linalg
 import yaml
 
-import bounds
 import engine
 import kalman
 import search
@@ -22,11 +21,9 @@ from linear import PERIOD, TICKS, Flow, delay, figures as linear_figures
 
 MS, GAIN_MARGIN, DELAY_MARGIN = 1.6, 2.0, 0.05  # what every structure keeps: peak of the sensitivity, margins [-, s]
 DEAD_TIMES = (0.5, 1.5)  # of the robot / of the model
-DRIVEN = ('0.5 m/s', 'gain 0.8', 'gain 1.2', 'load of 0.5 rad/s')
 UNSTABLE, EVALUATIONS, STEPS = 5.0, 150, (0.5, 0.2, 0.1)
 COLUMNS = ('structure', 'plant', 'ms_limit', 'kept', 'ms', 'gain_margin', 'delay_margin_s', 'iae_of_bound', 'noise_gain',
            'ms_half_dead_time', 'iae_half_dead_time', 'ms_longer_dead_time', 'iae_longer_dead_time', 'values')
-DRIVEN_COLUMNS = ('structure', 'plant', 'step_of_bound', 'gain_0.8_of_bound', 'gain_1.2_of_bound', 'load_of_bound')
 
 
 # ---- regulators: a deviation e of the speed in, a command v out [rad/s]
@@ -286,19 +283,8 @@ def kept(name, plant):
     return [found[tunable.name] for tunable in STRUCTURES[name].tuned]
 
 
-def driven(name, plant, values, case):
-    """Figure of a case of bounds.py relative to its bound."""
-    chosen = controller(name, plant, values)
-    if isinstance(chosen, dict):
-        motion_controller, overrides = 'predictive', dict(chosen, **{'predictive.learn_drive_train': False})
-    else:
-        motion_controller, overrides = chosen, {}
-    found = bounds.value(plant, motion_controller, case, overrides)
-    return math.inf if found is None else found / bounds.bound(plant, case)
-
-
 def row(item):
-    """A row of each table: a structure on a plant with its tuned values."""
+    """A row of the table: a structure on a plant with its tuned values."""
     name, plant, values = item
     found = figures(name, plant, values)
     front = {'structure': name, 'plant': plant, 'ms_limit': MS, 'kept': int(max(excess(found)) <= 0.0), 'ms': found['peak_sensitivity'],
@@ -309,8 +295,7 @@ def row(item):
         wrong = figures(name, plant, values, factor)
         front['ms_{}_dead_time'.format(suffix)] = wrong['peak_sensitivity']
         front['iae_{}_dead_time'.format(suffix)] = wrong['iae'] / wrong['least_iae']
-    cases = {case.name: case for case in bounds.CASES}
-    return front, dict(zip(DRIVEN_COLUMNS, [name, plant] + [driven(name, plant, values, cases[case]) for case in DRIVEN]))
+    return front
 
 
 def gains_text(items, values):
@@ -332,5 +317,4 @@ def write(out, search_gains=False, jobs=0):
     else:
         values = [kept(*item) for item in items]
     rows = engine.parallel(row, [(*item, found) for item, found in zip(items, values)], jobs, 'baselines')
-    engine.save(out, 'baselines.csv', [front for front, _ in rows], COLUMNS)
-    engine.save(out, 'baselines_driven.csv', [driven for _, driven in rows], DRIVEN_COLUMNS)
+    engine.save(out, 'baselines.csv', rows, COLUMNS)

@@ -87,11 +87,11 @@ def least_iae(error, t_1, limit):
     return metrics.iae(error[:end]) + error[end]**2 / (2.0 * limit)
 
 
-def error_after(plant, controller, case, start, overrides=None):
+def error_after(plant, controller, case, start):
     """Forward error from a disturbance on [m/s]."""
     motion = motions.step(case.forward, 0.0, start + DISTURBED - motions.REST)
     motion = motion._replace(faults=(jackal_aic.Fault(case.fault, start, value=case.value),))
-    drive = engine.drive(plant, controller, motion, dict(QUIET, **(overrides or {})))
+    drive = engine.drive(plant, controller, motion, QUIET)
     return (drive.speed - drive.set_speed)[drive.time > start - 1e-9]
 
 
@@ -108,12 +108,12 @@ def bound(plant, case):
                                                              PERIOD - moment + values['dead_time'], values['acceleration_limit']))
 
 
-def value(plant, controller, case, overrides=None):
+def value(plant, controller, case):
     """Settling time [s], None if it does not settle; or IAE over 2 s [m], mean over the moments. Without noise."""
     if not case.fault:
         motion = motions.step(case.forward, case.yaw_rate)
-        return metrics.response(engine.drive(plant, controller, motion, dict(QUIET, **(overrides or {}))), motion)['settling_s']
-    return mean_over_moments(lambda start, _: metrics.iae(error_after(plant, controller, case, start, overrides)))
+        return metrics.response(engine.drive(plant, controller, motion, QUIET), motion)['settling_s']
+    return mean_over_moments(lambda start, _: metrics.iae(error_after(plant, controller, case, start)))
 
 
 def bar(case, least):

@@ -1,12 +1,12 @@
-"""Fits the plants to the thesis' tables of step responses."""
+"""Fits the plants to the thesis' tables of step responses; writes the fitted keys of config/plant*.yaml."""
 
 import functools
 import math
-import re
 import typing
 
 import numpy
 import scipy.optimize
+import yaml
 
 import engine
 import metrics
@@ -125,19 +125,6 @@ class Fit:
         return self.plant(min((self.descend(start, evaluations // 2) for start in starts), key=self.cost))
 
 
-def with_fitted_values(yaml_text, plant):
-    """The text of a plant's file with other values of the fitted keys."""
-    for key, value in plant.items():
-        pattern = r'(\n +{}: )([^ \n]+ *)'.format(key[len('plant.'):])
-        text = '{:.3g}'.format(value)
-        if '.' not in text:  # else YAML reads a text
-            text = text.replace('e', '.0e') if 'e' in text else text + '.0'
-        yaml_text, count = re.subn(pattern, lambda m: m.group(1) + text.ljust(max(len(text) + 1, len(m.group(2)))), yaml_text, 1)
-        if not count:
-            raise ValueError('{}: not a key of the file'.format(key))
-    return yaml_text
-
-
 def write(out, plant='all', evaluations=200, jobs=0):
     engine.require_range('evaluations', evaluations, 1, 100000)
     out = engine.directory(out)
@@ -146,6 +133,6 @@ def write(out, plant='all', evaluations=200, jobs=0):
             continue
         fit = Fit(task, jobs)
         found = fit.search(evaluations)
-        engine.write(out / task.file, with_fitted_values((engine.PACKAGE / 'config' / task.file).read_text(), found))
+        engine.write(out / task.file, yaml.safe_dump({'plant': {key[len('plant.'):]: value for key, value in found.items()}}))
         print('{}: mean |ln(ours/thesis)| of tables and trends {:.3f}, before {:.3f}'.format(
             task.plant, *(fit.cost(numpy.log(list(values.values()))) for values in (found, fit.start))))

@@ -132,14 +132,9 @@ UNIDENTIFIED_COLUMNS = ('controller', 'dead_time', 'lag', 'gain', 'acceleration_
 
 def most_swings(drive):
     """Most turning points of speed or yaw rate between two changes of the set point, after its step response."""
-    most = 0
-    changed = metrics.set_point_changes(drive)
-    begins = [0, *changed.tolist(), len(drive.time)]
-    since = 0.0
+    most, begins = 0, [0, *metrics.set_point_changes(drive).tolist(), len(drive.time)]
     for begin, end in zip(begins, begins[1:]):
-        if begin > 0 or begin in changed:
-            since = drive.time[begin]
-        late = slice(begin + int(numpy.searchsorted(drive.time[begin:end], since + ARRIVAL)), end)
+        late = slice(begin + int(numpy.searchsorted(drive.time[begin:end], drive.time[begin] + ARRIVAL)), end)
         for channel, threshold in SWINGS.items():
             values = getattr(drive, channel)[late]
             if len(values) and numpy.ptp(values) > threshold:

@@ -46,14 +46,14 @@ def bars():
 
 
 @functools.lru_cache(maxsize=None)
-def _settings(robot, controller, overrides, as_printed):
-    return jackal_aic.settings(robot, controller, dict(overrides), as_printed)
+def _settings(robot, controller, overrides):
+    return jackal_aic.settings(robot, controller, dict(overrides))
 
 
-def settings(robot, controller, overrides=None, as_printed=False):
+def settings(robot, controller, overrides=None):
     """jackal_aic.settings(), remembered."""
     hashable = tuple((key, tuple(value) if isinstance(value, list) else value) for key, value in (overrides or {}).items())
-    return _settings(robot, controller, hashable, as_printed)
+    return _settings(robot, controller, hashable)
 
 
 def require_range(name, value, low, high):
@@ -109,7 +109,7 @@ def step_columns(motion):
 def result(robot, controller, motion, overrides=None, as_printed=False, label='', with_errors=False, columns=None):
     """A drive as a row of the results, and the drive."""
     found = drive(robot, controller, motion, overrides, as_printed=as_printed)
-    values = settings(robot, controller, overrides, as_printed)
+    values = settings(robot, controller, overrides)
     found.controller_name = values['structure']
     row = {'controller': controller, 'plant': robot, 'label': label, **described(values), **step_columns(motion),
            **metrics.response(found, motion), 'effective_track': found.effective_track, **(columns or {})}

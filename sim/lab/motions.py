@@ -153,4 +153,4 @@ def read(node):
         motion = maker(**node)
     except TypeError as error:
         raise ValueError('profile: {}'.format(error)) from error
-    return motion._replace(faults=faults, channel={'forward': 'speed', None: motion.channel}.get(channel, channel))
+    return motion._replace(faults=faults, channel=channel or motion.channel)

@@ -34,28 +34,6 @@ def reality(seed):
     return robot
 
 
-def soft_motor_turn(seed):
-    """A robot whose motors are softer than their model, as overrides of `ground`, and a yaw rate [rad/s]."""
-    draw, robot = Draws(seed), {}
-
-    def set_evenly(key, low, high, divisor=1.0):
-        value = draw.between(low, high)
-        robot['plant.' + key] = rounded(value / divisor)
-        return value
-
-    yaw_rate = draw.between(0.3, 1.5)
-    proportional = set_evenly('velocity_loop_stiffness', 3.0, 4.0)
-    set_evenly('velocity_loop_integral', 25.0, 30.0, proportional)
-    set_evenly('torque_limit', 3.0, 20.0)
-    set_evenly('friction', 0.3, 0.9)
-    set_evenly('dead_time', 0.06, 0.1)
-    set_evenly('payload', 0.0, 5.0)
-    robot['plant.encoder_noise'] = 0.003 if draw.below(2) == 0 else 0.03
-    robot['plant.encoder_step'] = draw.one_of(ENCODER_STEPS)
-    robot['plant.seed'] = seed
-    return robot, yaw_rate
-
-
 # ---- robots without identification
 
 RATIOS = ('dead_time', 'motor_lag', 'wheel_gain', 'acceleration_limit')

@@ -1,6 +1,4 @@
-"""A step on random robots (robots.py), and turns with soft motors."""
-
-import numpy
+"""A step on random robots (robots.py)."""
 
 import engine
 import metrics
@@ -8,7 +6,6 @@ import motions
 import robots
 
 COLUMNS = ('controller', 'seed', 'bounded', 'settling_s', 'open_loop_settling_s', 'steady_error_pct', 'belief_bias_pct')
-SOFT_COLUMNS = ('controller', 'seed', 'yaw_rate_radps', 'overshoot_pct')
 
 
 def step(controller, robot):
@@ -46,15 +43,6 @@ def summary(rows):
                 unstable=len(rows) - len(bounded), runs=len(rows))
 
 
-def turn(item):
-    """A row: the overshoot of a controller in the turn of a robot with soft motors [%]; infinite if it is unstable."""
-    controller, seed = item
-    robot, yaw_rate = robots.soft_motor_turn(seed)
-    motion = motions.step(0.0, yaw_rate)
-    overshoot = metrics.response(engine.drive('ground', controller, motion, robot), motion)['overshoot_pct']
-    return {'controller': controller, 'seed': seed, 'yaw_rate_radps': yaw_rate, 'overshoot_pct': overshoot}
-
-
 def write(out, draws, seed, jobs=0):
     engine.require_range('draws', draws, 1, 1000000)
     asked = engine.bars()['robustness']
@@ -66,11 +54,3 @@ def write(out, draws, seed, jobs=0):
         print('{}: {unstable} of {runs} unstable; settled in {:g} x open loop + {:g} s: {settled}; steady-state error within {:g} %: '
               '{exact}; belief within {:g} %: {believed}'.format(controller, asked['settling_factor'], asked['settling_margin'],
                                                                  asked['steady_error'], asked['belief_error'], **sums))
-    turns = engine.parallel(turn, items, jobs, 'soft motors')
-    engine.save(out, 'soft_motors.csv', turns, SOFT_COLUMNS)
-    for controller in engine.CONTROLLERS:
-        found = numpy.sort([numpy.inf if r['overshoot_pct'] is None else r['overshoot_pct'] for r in turns
-                            if r['controller'] == controller])
-        bar = asked['soft_motor_overshoot']
-        print('{} with soft motors: overshoot in turns within {:g} %: {} of {}; median {:.1f} %, largest {:.1f} %'.format(
-            controller, bar, int(numpy.sum(found <= bar)), len(found), found[len(found) // 2], found[-1]))

@@ -79,15 +79,20 @@ def printed(controller, plant, motion, overrides, label=''):
                                 overrides if own else with_integrator(overrides, integrator), True, label)
 
 
+def computed(name, time, set_speed, speed, believed=None, command=0.0):
+    """A drive straight on that is computed and not simulated."""
+    nothing = numpy.zeros_like(time)
+    return types.SimpleNamespace(
+        controller_name=name, time=time, set_speed=nothing + set_speed, set_yaw_rate=nothing, speed=speed, yaw_rate=nothing,
+        measured_speed=speed, measured_yaw_rate=nothing, believed_speed=believed, believed_yaw_rate=nothing,
+        command_left=nothing + command, command_right=nothing + command)
+
+
 def state_space(controller, overrides, height, label):
     """The point mass of chapter 4: its output is the velocity, its belief the belief."""
     motion, values = motions.step(height), engine.settings('box', controller, with_integrator(overrides, 'euler'))
     time, output, belief = step_response(values['controller'], height, motions.STEP_TIME)
-    nothing, wheel = numpy.zeros_like(output), output / values['geometry']['wheel_radius']
-    drive = types.SimpleNamespace(
-        time=time + motions.REST, set_speed=nothing + height, set_yaw_rate=nothing, speed=output, yaw_rate=nothing,
-        measured_speed=output, measured_yaw_rate=nothing, believed_speed=belief, believed_yaw_rate=nothing, command_left=wheel,
-        command_right=wheel, controller_name='state_space')
+    drive = computed('state_space', time + motions.REST, height, output, belief, output / values['geometry']['wheel_radius'])
     row = {'controller': controller, 'plant': 'state_space', 'label': label, **engine.described(values),
            **engine.step_columns(motion), **metrics.response(drive, motion)}
     return row, drive
@@ -179,11 +184,7 @@ def plant_limit(plant, motion, label):
     for i, t in enumerate(time.tolist()):
         now += min(largest, max(-largest, motion.at(t - delay)[0] - now))
         speed[i] = now
-    nothing = numpy.zeros_like(time)
-    drive = types.SimpleNamespace(
-        time=time, set_speed=numpy.array([motion.at(t)[0] for t in time.tolist()]), set_yaw_rate=nothing, speed=speed,
-        yaw_rate=nothing, measured_speed=speed, measured_yaw_rate=nothing, command_left=nothing, command_right=nothing,
-        controller_name='diff_drive')
+    drive = computed('diff_drive', time, [motion.at(t)[0] for t in time.tolist()], speed)
     row = {'controller': 'plant_limit', 'plant': plant, 'label': label, **engine.step_columns(motion),
            **metrics.response(drive, motion), **metrics.errors(drive, motion)}
     return row, drive
@@ -195,17 +196,14 @@ def loop(controller, plant, motion, overrides=None, label=''):
     return functools.partial(engine.result, plant, controller, motion, overrides, False, label, True)
 
 
-def loops(node, specific=None):
+def loops(node, case=None):
     """(controller, plant) of a scenario or of one of its cases, plant by plant."""
-    specific = specific or {}
-    for plant in specific.get('plants', node['plants']):
-        for controller in specific.get('controllers', node['controllers']):
-            yield controller, plant
+    return [(controller, plant) for plant in (case or {}).get('plants', node['plants']) for controller in node['controllers']]
 
 
 def comparison(node):
     for case in node['cases']:
-        unknown = set(case) - {'label', 'profile', 'set', 'set_for', 'controllers', 'plants'}
+        unknown = set(case) - {'label', 'profile', 'set', 'set_for', 'plants'}
         if unknown:
             raise ValueError("case: unknown key '{}'".format(sorted(unknown)[0]))
         motion = motions.read(case.get('profile', node.get('profile')))
@@ -214,22 +212,20 @@ def comparison(node):
             yield loop(controller, plant, motion, overrides, case.get('label', ''))
 
 
-def kalman_filter(plant, motion, overrides, track):
+def kalman_filter(plant, motion, track):
     """The same drive by `predictive`, with the estimate of a Kalman filter instead of the belief."""
-    row, drive = engine.result(plant, 'predictive', motion, overrides)
-    samples = engine.drive(plant, 'predictive', motion, overrides, samples_only=True).time
-    drive.sampled = numpy.isin(drive.time, samples)
-    drive.believed_speed, drive.believed_yaw_rate = kalman.filtered(drive, engine.settings(plant, 'predictive', overrides), track)
+    row, drive = engine.result(plant, 'predictive', motion)
+    drive.sampled = numpy.isin(drive.time, engine.drive(plant, 'predictive', motion, samples_only=True).time)
+    drive.believed_speed, drive.believed_yaw_rate = kalman.filtered(drive, engine.settings(plant, 'predictive'), track)
     return dict(row, controller='kalman_filter', **metrics.errors(drive, motion)), drive
 
 
 def belief_accuracy(node):
     motion = motions.read(node['profile'])
-    overrides = node.get('set', {})
     for controller, plant in loops(node):
-        yield loop(controller, plant, motion, overrides)
+        yield loop(controller, plant, motion)
         if controller == 'predictive':
-            yield functools.partial(kalman_filter, plant, motion, overrides, node['kalman_filter_track'])
+            yield functools.partial(kalman_filter, plant, motion, node['kalman_filter_track'])
 
 
 KINDS = {'thesis_steps': thesis_steps, 'steps': listed_steps, 'squares': squares, 'usable_range': usable_ranges,

@@ -1,70 +1,120 @@
 #include "injected_faults.hpp"
 
 #include <algorithm>
-
-#include "plant_conversion.hpp"
+#include <memory>
+#include <utility>
 
 namespace jackal_aic::sim {
 namespace {
 
-bool within(double time, double from, double until) {
-  return time >= from - kTimeTolerance && time < until - kTimeTolerance;
+constexpr std::pair<Side, FaultChannel> kSides[] = {{Side::left, FaultChannel::left},
+                                                    {Side::right, FaultChannel::right}};
+
+/// A value with a fault. @param last the value of the sample before.
+double faultyValue(const InjectedFault& fault, double value, double last) {
+  switch (fault.kind) {
+    case FaultKind::freeze:
+      return last;
+    case FaultKind::not_a_number:
+      return std::numeric_limits<double>::quiet_NaN();
+    case FaultKind::infinite:
+      return std::numeric_limits<double>::infinity();
+    case FaultKind::set:
+      return fault.value;
+    case FaultKind::huge:
+      return 1e300;
+    case FaultKind::bias:
+      return value + fault.value;
+    case FaultKind::scale:
+      return value * fault.value;
+    default:
+      return value;
+  }
 }
 
-bool blocked(const std::vector<BlockedMotor>& motors, Side side, double now) {
-  for (const BlockedMotor& motor : motors) {
-    if (motor.side == side && within(now, motor.from, motor.until)) return true;
-  }
-  return false;
+void turnOver(PlantMeasurement& sample) {
+  const Eigen::Quaterniond half_turn(0.0, 1.0, 0.0, 0.0);  // about x; its own inverse
+  sample.angular_velocity = half_turn * sample.angular_velocity;
+  sample.linear_acceleration = half_turn * sample.linear_acceleration;
+  sample.orientation = sample.orientation * half_turn;
 }
 
-/// The sum of the present changes of the robot.
-void handle(JackalPlant& plant, const Faults& faults, double now) {
-  for (Side side : {Side::left, Side::right}) plant.blockWheels(side, blocked(faults.motors, side, now));
-  double forward = 0.0, torque = 0.0;
-  for (const Push& push : faults.pushes) {
-    if (!within(now, push.from, push.until)) continue;
-    forward += push.forward;
-    torque += push.torque;
+/// @param last sample passed on before this one.
+void put(const InjectedFault& fault, const PlantMeasurement& last, PlantMeasurement& sample) {
+  if (fault.kind == FaultKind::upside_down) return turnOver(sample);
+  const bool frozen = fault.kind == FaultKind::freeze;
+  for (const Wheel wheel : {kFrontLeft, kRearLeft, kFrontRight, kRearRight}) {
+    const bool left = wheel == kFrontLeft || wheel == kRearLeft;
+    if (!fault.concerns(left ? FaultChannel::left : FaultChannel::right)) continue;
+    double& speed = sample.wheel_velocity[wheel];
+    speed = faultyValue(fault, speed, last.wheel_velocity[wheel]);
+    if (frozen) sample.wheel_position[wheel] = last.wheel_position[wheel];
   }
-  plant.push(forward, 0.0, torque);
-  plant.lift(std::any_of(faults.lifts.begin(), faults.lifts.end(),
-                         [now](const Lift& lift) { return within(now, lift.from, lift.until); }));
-}
-
-ChannelValidity measured(const std::vector<ChannelLoss>& losses, double now) {
-  ChannelValidity remaining;
-  for (const ChannelLoss& loss : losses) {
-    if (within(now, loss.from, loss.until)) remaining = remaining & loss.remaining;
+  for (int axis = 0; axis < 3; ++axis) {
+    double& rate = sample.angular_velocity(axis);
+    const bool measured = axis == 2 || frozen;  // the gyro freezes as a whole
+    if (measured && fault.concerns(FaultChannel::gyro)) rate = faultyValue(fault, rate, last.angular_velocity(axis));
+    double& acceleration = sample.linear_acceleration(axis);
+    if (fault.channel != FaultChannel::acceleration) continue;
+    acceleration = faultyValue(fault, acceleration, last.linear_acceleration(axis));
   }
-  return remaining;
 }
 
 }  // namespace
 
-PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
-  PlantModel model = linearModel(loadSetup(files, "diff_drive", plant_name, {}).plant);
-  model.offset = 0.0;  // as in loadSetup()
-  ParameterMap map = files.configuration("plant_model");
-  if (!model.on_box) model.effective_track = readPlantModel(map).effective_track;
-  return model;
+FaultInjector::FaultInjector(Faults faults, const PlantParameters& plant)
+    : faults_(std::move(faults)), gain_(plant.wheel_gain), offset_(plant.wheel_offset) {
+  std::stable_sort(faults_.begin(), faults_.end(),
+                   [](const InjectedFault& a, const InjectedFault& b) { return a.start < b.start; });
 }
 
-DriveLoop monitoredLoop(const LoopSetup& setup, const PlantModel& model) {
-  DriveParameters monitored = setup.drive;
-  monitored.faults = FaultParameters{};
-  monitored.plant_model = model;
-  monitored.open_loop_monitored = true;
-  return DriveLoop(monitored, setup.structure ? setup.structure() : makeController(setup.drive, Divergence::allowed));
+void FaultInjector::disturb(JackalPlant& plant, double now) {
+  bool blocked[] = {false, false}, lifted = false;
+  double forward = 0.0, torque = 0.0;
+  for (const InjectedFault& fault : faults_) {
+    if (!fault.activeAt(now)) continue;
+    for (const auto& [side, channel] : kSides) {
+      if (fault.kind == FaultKind::blocked && fault.concerns(channel)) blocked[static_cast<int>(side)] = true;
+    }
+    if (fault.kind == FaultKind::push) (fault.channel == FaultChannel::forward ? forward : torque) += fault.value;
+    if (fault.kind == FaultKind::lift) lifted = true;
+    if (fault.kind == FaultKind::friction) plant.setFriction(fault.value);
+    if (fault.kind == FaultKind::gain) plant.changeMotors(gain_ = fault.value, offset_);
+    if (fault.kind == FaultKind::offset) plant.changeMotors(gain_, offset_ = fault.value);
+  }
+  for (const auto& [side, channel] : kSides) plant.blockWheels(side, blocked[static_cast<int>(side)]);
+  plant.push(forward, 0.0, torque);
+  plant.lift(lifted);
 }
 
-LoopHooks faultHooks(JackalPlant& plant, const Faults& faults) {
+PlantMeasurement FaultInjector::falsified(const PlantMeasurement& sample) {
+  PlantMeasurement faulty = sample;
+  for (const InjectedFault& fault : faults_) {
+    if (fault.kind <= FaultKind::upside_down && fault.activeAt(sample.stamp))
+      put(fault, last_.value_or(sample), faulty);
+  }
+  return *(last_ = faulty);
+}
+
+ChannelValidity FaultInjector::measured(double now) const {
+  ChannelValidity valid;
+  for (const InjectedFault& fault : faults_) {
+    if (fault.kind != FaultKind::lost || !fault.activeAt(now)) continue;
+    valid.yaw_rate = valid.yaw_rate && !fault.concerns(FaultChannel::gyro);
+    valid.wheel_left = valid.wheel_left && !fault.concerns(FaultChannel::left);
+    valid.wheel_right = valid.wheel_right && !fault.concerns(FaultChannel::right);
+    valid.acceleration = valid.acceleration && !fault.concerns(FaultChannel::acceleration);
+  }
+  return valid;
+}
+
+LoopHooks faultHooks(JackalPlant& plant, const Faults& faults, const PlantParameters& parameters) {
+  const auto injector = std::make_shared<FaultInjector>(faults, parameters);
   LoopHooks hooks;
-  hooks.disturb = [&plant, faults](double now) { handle(plant, faults, now); };
-  hooks.measure = [sensors = SensorFaults(faults.sensors), losses = faults.losses](const PlantMeasurement& sample,
-                                                                                   double now) mutable {
-    Observation y = sensors.apply(sample).observation();
-    y.valid = measured(losses, now);
+  hooks.disturb = [&plant, injector](double now) { injector->disturb(plant, now); };
+  hooks.measure = [injector](const PlantMeasurement& sample, double now) {
+    Observation y = injector->falsified(sample).observation();
+    y.valid = injector->measured(now);
     return y;
   };
   return hooks;

@@ -1,65 +1,90 @@
 #pragma once
 
 /// @file
-/// Faults of robot and sensors in the closed loop without ROS, and the fault monitor of its drive loop.
+/// Faults of robot and sensors in the closed loop without ROS.
 
-#include <functional>
+#include <array>
+#include <limits>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "closed_loop.hpp"
-#include "jackal_aic/faults/fault_monitor.hpp"
-#include "loop_setup.hpp"
-#include "sensor_faults.hpp"
 
 namespace jackal_aic::sim {
 
-/// A motor that blocks over a span of time.
-struct BlockedMotor {
-  Side side;
-  double from;   ///< [s]
-  double until;  ///< [s]
+/// Kind of a fault, or of what is done to the robot. In brackets the meaning of InjectedFault::value.
+enum class FaultKind {
+  freeze,        ///< a sensor repeats its last good value with fresh stamps
+  not_a_number,  ///< a sensor reads NaN
+  infinite,      ///< a sensor reads infinity
+  set,           ///< a sensor reads a constant [value]
+  huge,          ///< a sensor reads 1e300
+  bias,          ///< a bias is added to a sensor [value]
+  scale,         ///< a sensor is multiplied [factor; -1 flips the sign]
+  upside_down,   ///< the IMU is turned over about its x axis
+  lost,          ///< a channel is not measured
+  blocked,       ///< the motor of a side is blocked
+  push,          ///< the robot is pushed [N, or N m about its vertical]; a kerb if it is short
+  lift,          ///< the robot is lifted
+  friction,      ///< another friction coefficient of the ground, for good [value]
+  gain,          ///< another gain of the motors, for good [value]
+  offset         ///< another offset of the motors, for good [rad/s]
 };
 
-/// Channels that are not measured over a span of time.
-struct ChannelLoss {
-  ChannelValidity remaining;  ///< channels still measured
-  double from;                ///< [s]
-  double until;               ///< [s]
+/// Words of FaultKind, in the order of the enumerators.
+inline constexpr std::array<const char*, 15> kFaultKindNames{"freeze", "not_a_number", "infinite",    "set",  "huge",
+                                                             "bias",   "scale",        "upside_down", "lost", "blocked",
+                                                             "push",   "lift",         "friction",    "gain", "offset"};
+
+/// What a fault changes. `all` are encoders and gyro, of a loss every channel, of a block both sides.
+enum class FaultChannel { all, left, right, gyro, acceleration, forward, yaw_rate };
+
+/// Words of FaultChannel, in the order of the enumerators.
+inline constexpr std::array<const char*, 7> kFaultChannelNames{"all",          "left",    "right",   "gyro",
+                                                               "acceleration", "forward", "yaw_rate"};
+
+/// A fault, for a time.
+struct InjectedFault {
+  FaultKind kind;
+  FaultChannel channel = FaultChannel::all;
+  double value = 0.0;                                         ///< meaning and unit depend on kind and channel
+  double start = 0.0;                                         ///< [s]
+  double duration = std::numeric_limits<double>::infinity();  ///< [s]
+
+  /// True at a time [s].
+  bool activeAt(double time) const {
+    return time >= start - kTimeTolerance && time < start + duration - kTimeTolerance;
+  }
+
+  /// True of a channel that it names, or that `all` includes.
+  bool concerns(FaultChannel one) const { return channel == FaultChannel::all || channel == one; }
 };
 
-/// A push over a span of time, a kerb if it is short; see JackalPlant::push().
-struct Push {
-  double forward;  ///< [N]
-  double torque;   ///< [N m]
-  double from;     ///< [s]
-  double until;    ///< [s]
+using Faults = std::vector<InjectedFault>;
+
+/// Injects faults into a robot and its samples.
+class FaultInjector {
+ public:
+  /// @param plant parameters of the robot, whose motors a `gain` or an `offset` changes.
+  FaultInjector(Faults faults, const PlantParameters& plant);
+
+  /// Changes the robot in a step. @param now [s].
+  void disturb(JackalPlant& plant, double now);
+
+  /// The sample as a robot with these faults measures it. Call it with every sample, in order of time, because a
+  /// frozen sensor repeats the last one.
+  PlantMeasurement falsified(const PlantMeasurement& sample);
+
+  /// Channels that are measured at a time [s].
+  ChannelValidity measured(double now) const;
+
+ private:
+  Faults faults_;  // in order of their start
+  double gain_, offset_;
+  std::optional<PlantMeasurement> last_;
 };
 
-/// A span of time in which the robot is lifted.
-struct Lift {
-  double from;   ///< [s]
-  double until;  ///< [s]
-};
-
-/// Faults in a run, and actions on the robot.
-struct Faults {
-  std::vector<SensorFault> sensors;  ///< their onset is the start of the run
-  std::vector<BlockedMotor> motors;
-  std::vector<ChannelLoss> losses;
-  std::vector<Push> pushes;
-  std::vector<Lift> lifts;
-};
-
-/// The model that a monitor of a plant uses: the drive train of the plant's file without offset and overrides, and the
-/// effective track of config/plant_model.yaml.
-PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name);
-
-/// The drive loop of a setup with the fault monitor, whose model may differ from the controller's.
-DriveLoop monitoredLoop(const LoopSetup& setup, const PlantModel& model);
-
-/// Hooks that inject faults into a robot and its sensors. @param plant the driven one; has to outlive the hooks.
-LoopHooks faultHooks(JackalPlant& plant, const Faults& faults);
+/// Hooks that inject faults into a run. @param plant the driven one; has to outlive the hooks.
+LoopHooks faultHooks(JackalPlant& plant, const Faults& faults, const PlantParameters& parameters = {});
 
 }  // namespace jackal_aic::sim

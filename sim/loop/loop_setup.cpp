@@ -1,7 +1,5 @@
 #include "loop_setup.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 
@@ -87,6 +85,10 @@ void refuseUnheeded(const ParameterMap& file, const Overrides& overrides) {
   }
 }
 
+std::unique_ptr<VelocityController> controllerOf(const LoopSetup& setup) {
+  return setup.structure ? setup.structure() : makeController(setup.drive, Divergence::allowed);
+}
+
 void apply(const Overrides& overrides, ParameterMap& map) {
   for (const auto& [key, value] : overrides) setFromText(key, value, map);
 }
@@ -141,24 +143,22 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   return setup;
 }
 
-LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
-                           const Overrides& overrides) {
-  Overrides all;
-  if (controller == kDifferentialDrive) {
-    all.emplace_back("diff_drive.linear_acceleration", fmt::format("{}", kThesisDriveAcceleration));
-  }
-  all.insert(all.end(), overrides.begin(), overrides.end());
-  LoopSetup setup = loadSetup(files, controller, plant, all);
-  if (auto* gains = std::get_if<ControllerParameters>(&setup.drive.controller)) gains->printed = true;
-  return setup;
+DriveLoop makeLoop(const LoopSetup& setup) { return DriveLoop(setup.drive, controllerOf(setup)); }
+
+PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
+  PlantModel model = linearModel(loadSetup(files, kDifferentialDrive, plant_name, {}).plant);
+  model.offset = 0.0;  // as in loadSetup()
+  ParameterMap map = files.configuration("plant_model");
+  if (!model.on_box) model.effective_track = readPlantModel(map).effective_track;
+  return model;
 }
 
-DriveLoop makeLoop(const DriveParameters& parameters) {
-  return DriveLoop(parameters, makeController(parameters, Divergence::allowed));
-}
-
-DriveLoop makeLoop(const LoopSetup& setup) {
-  return setup.structure ? DriveLoop(setup.drive, setup.structure()) : makeLoop(setup.drive);
+DriveLoop monitoredLoop(LoopSetup setup, const PlantModel& model) {
+  auto controller = controllerOf(setup);
+  setup.drive.faults = FaultParameters{};
+  setup.drive.plant_model = model;
+  setup.drive.open_loop_monitored = true;
+  return DriveLoop(setup.drive, std::move(controller));
 }
 
 }  // namespace jackal_aic::sim

@@ -54,21 +54,15 @@ void requireKnown(const char* what, const std::string& name, const std::vector<s
 LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
                     const Overrides& overrides);
 
-/// Acceleration of the thesis' differential drive [m/s^2], implied by its Table 3-1. On the same ground the active
-/// inference controller accelerates from 0.1 to 0.9 m/s in 0.45 s, so the motors reach 1.8 m/s^2. The differential
-/// drive needs 0.62 s, and 0.35 s from 0.05 to 0.45 m/s: 1.3 and 1.1 m/s^2. Its commands are limited to less than the
-/// 20 m/s^2 of the published settings of a Jackal (config/diff_drive.yaml). The value has the least error over Table
-/// 3-1b, of 1.0 to 1.6 in steps of 0.1. The 0.1 m/s row contradicts it: 0.04 s are 2 m/s^2.
-inline constexpr double kThesisDriveAcceleration = 1.2;
-
-/// As loadSetup(), with the controllers of the thesis: controller.printed for its own, and kThesisDriveAcceleration for
-/// the named differential drive.
-LoopSetup loadPrintedSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
-                           const Overrides& overrides);
-
 /// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
 /// @throws ParameterError if its parameters contradict each other.
-DriveLoop makeLoop(const DriveParameters& parameters);
-DriveLoop makeLoop(const LoopSetup& setup);  ///< with the controller of the setup
+DriveLoop makeLoop(const LoopSetup& setup);
+
+/// The model that a monitor of a plant uses: the drive train of the plant's file without offset and overrides, and the
+/// effective track of config/plant_model.yaml.
+PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name);
+
+/// The drive loop of a setup with the fault monitor, whose model may differ from the controller's.
+DriveLoop monitoredLoop(LoopSetup setup, const PlantModel& model);
 
 }  // namespace jackal_aic::sim

@@ -190,12 +190,8 @@ struct JackalPlant::Implementation {
     Motion& m = *motion;
     const bool own_imu = parameters.imu_rate > 0.0, own_feedback = parameters.feedback_rate > 0.0;
     PlantMeasurement sample;
-    if (!own_imu && !own_feedback) {
-      sample = m.sensors.sample(seen, sensorInput(chassis));
-    } else {
-      if (!own_feedback) static_cast<WheelFeedback&>(sample) = m.sensors.wheels(seen, sensorInput(chassis));
-      if (!own_imu) static_cast<ImuMeasurement&>(sample) = m.sensors.imu(seen, sensorInput(chassis));
-    }
+    if (!own_feedback) static_cast<WheelFeedback&>(sample) = m.sensors.wheels(seen, sensorInput(chassis));
+    if (!own_imu) static_cast<ImuMeasurement&>(sample) = m.sensors.imu(seen, sensorInput(chassis));
     const bool repeats = m.sensors.repeatsFeedback();
     if (own_feedback && !repeats) m.published = m.feedback;
     if (!own_feedback && !repeats) m.published = sample;

@@ -35,9 +35,8 @@ struct RobotModel {
 
 /// Reads the model. Links on fixed joints are lumped with their parent; joints other than the wheels' are held at zero.
 /// @throws ParameterError (one line) if the text is not a URDF, or if base_link, imu_link or a wheel joint is missing.
-/// Also if a wheel does not turn about +y of base_link or has no radius in the range of GeometryParameters. Bounds:
-/// mass in [0.001, 10000] kg, principal inertia in [1e-9, 1e5] kg m^2, distance of wheels, IMU and centres of mass at
-/// most 100 m.
+/// Also if a wheel does not turn about +y of base_link or has no radius in the range of GeometryParameters. Also
+/// for a mass beyond [0.001, 10000] kg, a principal inertia beyond [1e-9, 1e5] kg m^2, a centre of mass 100 m away.
 RobotModel readRobotModel(const std::string& urdf_xml);
 
 }  // namespace jackal_aic::sim

@@ -45,13 +45,6 @@ SensorModel::SensorModel(const PlantParameters& parameters, const std::array<dou
       bias_(parameters.gyro_bias_time, parameters.seed + kBiasStream),
       wheel_radius_(wheel_radius) {}
 
-PlantMeasurement SensorModel::sample(const PlantTruth& truth, const SensorInput& input) {
-  PlantMeasurement sample;
-  static_cast<WheelFeedback&>(sample) = wheels(truth, input);  // draws first
-  static_cast<ImuMeasurement&>(sample) = imu(truth, input);
-  return sample;
-}
-
 WheelFeedback SensorModel::wheels(const PlantTruth& truth, const SensorInput& input) {
   WheelFeedback sample;
   sample.feedback_stamp = truth.time;

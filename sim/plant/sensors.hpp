@@ -59,13 +59,10 @@ class SensorModel {
   /// @param parameters noise, resolution and seed; @param wheel_radius of the left and right wheels [m].
   explicit SensorModel(const PlantParameters& parameters, const std::array<double, 2>& wheel_radius = {0.098, 0.098});
 
-  /// One sample with fresh noise. @param truth with the wheel speeds behind the EncoderFilter.
-  PlantMeasurement sample(const PlantTruth& truth, const SensorInput& input);
-
-  /// Only the wheels' part of a sample.
+  /// The wheels' part of a sample, with fresh noise. @param truth with the wheel speeds behind the EncoderFilter.
   WheelFeedback wheels(const PlantTruth& truth, const SensorInput& input);
 
-  /// Only the IMU's part of a sample.
+  /// The IMU's part of a sample, which is drawn after the wheels'.
   ImuMeasurement imu(const PlantTruth& truth, const SensorInput& input);
 
   /// Draws whether a sample repeats the last one (rate `feedback_repeats`); to be called once per sample. The first

@@ -25,37 +25,29 @@ const PlantModel& plantModelOf(const Parameters& parameters) {
   return *parameters.node.plant_model;
 }
 
+/// A controller with its model, on a robot that may differ from it. @throws ParameterError for the open loop.
+LinearLoop loopOf(const DriveParameters& drive, const PlantModel& model, const PlantModel& actual) {
+  if (const auto* gains = std::get_if<ControllerParameters>(&drive.controller)) {
+    return LinearLoop(*gains, drive.geometry, actual);
+  }
+  if (const auto* gains = std::get_if<PredictiveParameters>(&drive.controller))
+    return LinearLoop(*gains, model, actual);
+  throw ParameterError("preset = diff_drive: not a closed loop");
+}
+
 CertificateWithAdvice certificateOf(const Parameters& parameters, const py::dict& robot) {
   const PlantModel model = drivenModel(plantModelOf(parameters));
-  const PlantModel actual = changed(model, robot);
-  const auto loop = [&] {
-    if (const auto* gains = std::get_if<ControllerParameters>(&parameters.node.controller)) {
-      return LinearLoop(*gains, parameters.node.geometry, actual);
-    }
-    if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.node.controller)) {
-      return LinearLoop(*gains, model, actual);
-    }
-    throw ParameterError("preset = diff_drive: not a closed loop");
-  }();
+  const LinearLoop loop = loopOf(parameters.node, model, changed(model, robot));
   py::gil_scoped_release release;
   return withAdvice(loop);
 }
 
 /// The loop of a controller on its model and on each corner of the model's confidence box, the model first.
 std::vector<LinearLoop> linearLoops(const std::string& robot, const std::string& controller, const py::dict& changes) {
-  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes));
-  if (!setup.drive.plant_model) throw ParameterError("controller = diff_drive: is no closed loop");
-  const PlantModel model = drivenModel(*setup.drive.plant_model);
-  std::vector<PlantModel> robots = confidenceBox(model);
-  robots.insert(robots.begin(), model);
-  std::vector<LinearLoop> loops;
-  for (const PlantModel& actual : robots) {
-    if (const auto* gains = std::get_if<PredictiveParameters>(&setup.drive.controller)) {
-      loops.emplace_back(*gains, model, actual);
-    } else {
-      loops.emplace_back(std::get<ControllerParameters>(setup.drive.controller), setup.drive.geometry, actual);
-    }
-  }
+  const DriveParameters drive = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes)).drive;
+  const PlantModel model = drivenModel(drive.plant_model.value_or(PlantModel{}));
+  std::vector<LinearLoop> loops{loopOf(drive, model, model)};
+  for (const PlantModel& actual : confidenceBox(model)) loops.push_back(loopOf(drive, model, actual));
   return loops;
 }
 

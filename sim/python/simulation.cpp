@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <map>
+#include <random>
 #include <tuple>
 
 #include "bindings.hpp"
@@ -27,45 +26,16 @@ using TimedSetPoints = std::vector<std::tuple<double, double, double>>;
 /// A fault as (kind, start [s], channel, value, duration [s]).
 using FaultData = std::tuple<std::string, double, std::string, double, double>;
 
-/// The enumerator of a word.
+/// The enumerator of a word, which jackal_aic/_simulation.py has checked.
 template <class Enum, std::size_t kCount>
 Enum enumOf(const std::array<const char*, kCount>& words, const std::string& word) {
   return static_cast<Enum>(std::find(words.begin(), words.end(), word) - words.begin());
 }
 
-/// Lasting changes of ground and motors, by their time [s].
-using Changes = std::multimap<double, std::function<void(sim::JackalPlant&)>>;
-
-/// Adds a fault to those of a run; jackal_aic/_simulation.py has checked it.
-void addFault(const FaultData& data, const sim::PlantParameters& plant, Changes& changes, sim::Faults& faults) {
+sim::InjectedFault faultOf(const FaultData& data) {
   const auto& [kind, start, channel, value, duration] = data;
-  const double until = start + duration;
-  const bool all = channel == "all", left = all || channel == "left", right = all || channel == "right";
-  if (kind == "friction") {
-    changes.emplace(start, [value = value](sim::JackalPlant& robot) { robot.setFriction(value); });
-  } else if (kind == "gain") {
-    changes.emplace(start, [gain = value, offset = plant.wheel_offset](sim::JackalPlant& robot) {
-      robot.changeMotors(gain, offset);
-    });
-  } else if (kind == "offset") {
-    changes.emplace(start, [gain = plant.wheel_gain, offset = value](sim::JackalPlant& robot) {
-      robot.changeMotors(gain, offset);
-    });
-  } else if (kind == "blocked") {
-    if (left) faults.motors.push_back({sim::Side::left, start, until});
-    if (right) faults.motors.push_back({sim::Side::right, start, until});
-  } else if (kind == "lost") {
-    const ChannelValidity remaining{!(all || channel == "gyro"), !left, !right, !(all || channel == "acceleration")};
-    faults.losses.push_back({remaining, start, until});
-  } else if (kind == "push") {
-    const bool along = channel == "forward";
-    faults.pushes.push_back({along ? value : 0.0, along ? 0.0 : value, start, until});
-  } else if (kind == "lift") {
-    faults.lifts.push_back({start, until});
-  } else {
-    faults.sensors.push_back({enumOf<sim::FaultKind>(sim::kFaultKindNames, kind),
-                              enumOf<sim::FaultChannel>(sim::kFaultChannelNames, channel), value, start, duration});
-  }
+  return {enumOf<sim::FaultKind>(sim::kFaultKindNames, kind),
+          enumOf<sim::FaultChannel>(sim::kFaultChannelNames, channel), value, start, duration};
 }
 
 /// The columns of a drive, and those with odometry=True, whose names jackal_aic/_simulation.py has.
@@ -214,15 +184,8 @@ void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const 
   }
 }
 
-sim::LoopSetup setupOf(const std::string& robot, const std::string& controller, const sim::Overrides& overrides,
-                       bool as_printed) {
-  return (as_printed ? sim::loadPrintedSetup : sim::loadSetup)(packageFiles(), controller, robot, overrides);
-}
-
 Run runOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides,
-          const std::optional<py::dict>& monitored, bool as_printed) {
-  const bool named = py::isinstance<py::str>(controller);
-  if (as_printed && !named) throw ParameterError("as_printed = True: needs the name or file of a controller");
+          const std::optional<py::dict>& monitored) {
   Run run;
   if (py::isinstance<Parameters>(controller)) {
     requireHeeded(overrides, {"plant", "loop"});
@@ -230,8 +193,8 @@ Run runOf(const std::string& robot, const py::object& controller, const sim::Ove
     run.setup.drive = driveParameters(controller.cast<const Parameters&>());
     return run;
   }
-  if (named) {
-    run.setup = setupOf(robot, controller.cast<std::string>(), overrides, as_printed);
+  if (py::isinstance<py::str>(controller)) {
+    run.setup = sim::loadSetup(packageFiles(), controller.cast<std::string>(), robot, overrides);
   } else {
     requireHeeded(overrides, {"plant", "loop", "robot", "limits"});
     run.setup = sim::loadSetup(packageFiles(), "standard", robot, overrides);
@@ -262,31 +225,22 @@ py::array_t<double> tableOf(const std::vector<Row>& rows) {
 
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
                    double duration, const std::vector<FaultData>& fault_list, const py::dict& changes,
-                   std::optional<bool> monitor, const py::dict& monitor_model, bool as_printed, bool samples_only,
-                   bool odometry) {
+                   std::optional<bool> monitor, const py::dict& monitor_model, bool samples_only, bool odometry) {
   sim::SetPointProfile profile;
   profile.duration = duration;
   for (const auto& [time, forward, yaw_rate] : set_points) profile.changes.push_back({time, {forward, 0.0, yaw_rate}});
   const bool monitored = monitor.value_or(!fault_list.empty());
-  Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt,
-                  as_printed);
+  Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt);
   sim::LoopSetup& setup = run.setup;
   if (monitor == false) setup.drive.faults.reset();
   sim::Faults faults;
-  Changes lasting;
-  for (const FaultData& fault : fault_list) addFault(fault, setup.plant, lasting, faults);
+  for (const FaultData& fault : fault_list) faults.push_back(faultOf(fault));
 
   sim::JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop drive = run.monitor_model ? sim::monitoredLoop(setup, *run.monitor_model) : sim::makeLoop(setup);
   drive.release();
   Recorder recorder(plant, drive, setup, {samples_only, odometry});
-  sim::LoopHooks hooks = sim::faultHooks(plant, faults);
-  hooks.disturb = [&plant, &lasting, faulty = hooks.disturb](double now) {
-    for (; !lasting.empty() && lasting.begin()->first <= now + sim::kTimeTolerance; lasting.erase(lasting.begin())) {
-      lasting.begin()->second(plant);
-    }
-    faulty(now);
-  };
+  sim::LoopHooks hooks = sim::faultHooks(plant, faults, setup.plant);
   hooks.sensed = [&recorder](const sim::LoopStep& step) { recorder.sensed(step); };
   hooks.done = [&recorder, steps = 0](const sim::LoopStep& step) mutable {
     recorder.done(step);
@@ -307,8 +261,8 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
                         track, model);
 }
 
-py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes, bool as_printed) {
-  const sim::LoopSetup setup = setupOf(robot, controller, overridesOf(changes), as_printed);
+py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes) {
+  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes));
   constexpr const char* kStructures[] = {"thesis", "predictive", "diff_drive"};
   constexpr const char* kSections[] = {"controller", "predictive", "diff_drive"};
   py::dict all;
@@ -339,13 +293,11 @@ py::tuple wordsOf(int count) {
 }  // namespace
 
 void bindSimulation(py::module& m) {
-  m.def(
-      "simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
-      py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("as_printed"),
-      py::arg("samples_only"), py::arg("odometry"),
-      "Columns, those of the odometry, events, findings, effective track and plant model of a drive; see simulate().");
+  m.def("simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
+        py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("samples_only"),
+        py::arg("odometry"),
+        "Columns, those of the odometry, events, findings, effective track and plant model of a drive; see simulate().");
   m.def("settings", &settings, py::arg("robot"), py::arg("controller"), py::arg("overrides") = py::dict(),
-        py::arg("as_printed") = false,
         R"(The values with which simulate() drives, as dicts of names and values: "plant", "geometry", "controller", and
 "plant_model", which the controller has of the robot (unless it is the open loop). "preset" is the text of a YAML file with
 the controller's values. "structure" is "thesis", "predictive" or
@@ -376,6 +328,10 @@ simulate().)");
 time: stamps [s], increasing, shape (n,). value: the signal at these times, shape (n,), in the unit of the set points.
 settling_band: share of the final value. Raises ValueError if the series differ in length, span less than 0.5 s after the
 step, or the step is zero.)");
+  py::class_<std::mt19937_64>(m, "Generator", "std::mt19937_64: a seed means the same draws everywhere.")
+      .def(py::init<std::uint64_t>(), py::arg("seed"))
+      .def(
+          "__call__", [](std::mt19937_64& generator) { return generator(); }, "64 random bits.");
   py::tuple statuses(5);
   for (int i = 0; i < 5; ++i) statuses[static_cast<py::size_t>(i)] = py::str(wordOf(static_cast<DriveStatus>(i)));
   m.attr("STATUSES") = statuses;

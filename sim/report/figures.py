@@ -2,7 +2,6 @@
 
 import base64
 import io
-import math
 
 import matplotlib
 import numpy
@@ -10,12 +9,11 @@ import numpy
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402
 
+from claims import matches  # noqa: E402
 from results import REST, comparable  # noqa: E402
 
 # Okabe and Ito's palette: distinct for every kind of colour vision.
 COLOURS = ('#0072B2', '#D55E00', '#009E73', '#E69F00', '#56B4E9', '#CC79A7', '#000000', '#8C8C00', '#7F7F7F')
-
-OURS = '#C00000'  # the predictive controller among lines of all of these
 
 SIGNALS = {  # signal: column of the trace, axis label
     'measured': ('measured_mps', 'velocity [m/s]'),
@@ -74,7 +72,7 @@ def selected(runs, panel):
     elif wanted != 'all':
         runs = [run for run in runs if run['integrator'] == wanted]
     for column, value in panel.get('select', {}).items():
-        runs = [run for run in runs if same(run[column], value)]
+        runs = [run for run in runs if matches(run[column], value)]
     return runs
 
 
@@ -87,12 +85,6 @@ def integrators(runs, panel):
     if len(set(named)) == 1:
         return [''] * len(runs), f' ({named[0]})'
     return [name or '' for name in named], ''
-
-
-def same(a, b):
-    if isinstance(a, float):
-        return math.isclose(a, float(b), rel_tol=1e-9)
-    return a == b
 
 
 def mark_settling(axis, run, colour):

@@ -1,24 +1,18 @@
-"""Content of the sections for the template of the report (report.html.j2): texts, which it escapes, and tables of
-cells."""
+"""Content of the page for its template (report.html.j2): tables of rows, numbers and links."""
 
-import collections
 import pathlib
+import re
 
 import jinja2
 import markupsafe
 
-Cell = collections.namedtuple('Cell', 'content names')
-Table = collections.namedtuple('Table', 'headings rows')
+NUMBER = re.compile(r'(|[–-]|nan|unstable|[+-]?\d.*(?<! Hz))')  # cells of a column that is right-aligned
+STYLES = {'met': 'yes', 'agrees': 'yes', 'same': 'yes', 'missed': 'no', 'differs': 'no', 'unstable': 'no'}
 
 
-def cell(content, text=False, style=''):
-    """A cell of a table; text: left-aligned; style: yes, no, note, or key for what is not broken into lines."""
-    return Cell(content, ' '.join(filter(None, ('text' if text else '', style))))
-
-
-def table(headings, rows):
-    """Headings that begin with '<' are for left-aligned columns."""
-    return Table(headings, rows)
+def columns(rows):
+    """Headings of a table, which is a list of dicts, and the class of each: text is left-aligned."""
+    return {name: '' if all(re.fullmatch(NUMBER, str(row[name])) for row in rows) else 'text' for name in rows[0]}
 
 
 def link(name, words):
@@ -27,13 +21,11 @@ def link(name, words):
 
 
 def fixed(value, digits=2, sign=False):
-    """A number, on request with its sign, without a minus before a zero."""
+    """A number, on request with its sign, without a minus before a zero; a dash for None."""
+    if value is None:
+        return '–'
     rounded = round(value, digits) or 0.0
     return f'{rounded:{"+" if sign and rounded else ""}.{digits}f}'
-
-
-def seconds(value):
-    return '–' if value is None else f'{value:.2f}'
 
 
 def anchor(name):
@@ -45,5 +37,6 @@ def rendered(**content):
     loader = jinja2.FileSystemLoader(str(pathlib.Path(__file__).resolve().parent))
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
-    environment.filters['anchor'] = anchor
+    environment.filters.update(anchor=anchor, columns=columns)
+    environment.globals.update(styles=STYLES)
     return environment.get_template('report.html.j2').render(content)

@@ -64,13 +64,9 @@ class Run:
         return float(numpy.sqrt(numpy.mean((self.trace[column] - self.trace[reference])**2)))
 
     def errors(self):
-        """(name, ln(ours/thesis)) for settling and rise, where the thesis prints a number and we have one."""
+        """(name, ln(ours/thesis)) for settling and rise, where the thesis prints a number; 2 if we have none, as in the fit."""
         pairs = [(name, self[f'{name}_s'], self[f'thesis_{name}_s']) for name in ('settling', 'rise')]
-        return [(name, math.log(ours / theirs)) for name, ours, theirs in pairs if ours and theirs]
-
-    def missing(self):
-        """Numbers the thesis has and we have not."""
-        return sum(1 for name in ('settling', 'rise') if self[f'thesis_{name}_s'] and not self[f'{name}_s'])
+        return [(name, math.log(ours / theirs) if ours else 2.0) for name, ours, theirs in pairs if theirs]
 
 
 def comparable(runs):
@@ -110,7 +106,7 @@ class Results:
     def comparable(self, name):
         return comparable(self.runs[name])
 
-    def errors(self, tables):
-        """ln(ours/thesis) over the comparable rows of some tables. A response that never settles counts as in the fit: 2."""
+    def errors(self, tables, figure=None):
+        """ln(ours/thesis) over the comparable rows of some tables, of settling, rise or both. One that we have not counts as in the fit: 2."""
         runs = [run for table in tables for run in self.comparable(f'table_{table}')]
-        return [error for run in runs for _, error in run.errors()] + [2.0] * sum(run.missing() for run in runs)
+        return [error for run in runs for name, error in run.errors() if figure in (None, name)]

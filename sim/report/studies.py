@@ -1,6 +1,5 @@
 """The sections of the report that show the CSV files of a study as they are, below what they hold."""
 
-from markup import cell, table
 from results import read_rows
 
 
@@ -25,7 +24,7 @@ STUDIES = (
      'Controllers for a plant with dead time, each tuned by the same search: least integral of the absolute error (IAE) after a disturbance '
      'of the motors, with a gain margin of 2, a delay margin of 0.05 s and a peak of the sensitivity Ms of at most 1.6. predictive_preset is '
      'not tuned. All follow the same path, so a step on a robot that is its model is the same for all. The bound is the least IAE with this '
-     'dead time and sampling. First linear, then driven with the acceleration limit.', (('baselines.csv', None), ('baselines_driven.csv', None))),
+     'dead time and sampling, on the linear drive train.', (('baselines.csv', None),)),
     ('odometry', 'Odometry', 'experiments odometry --out DIR',
      'Error of the position at the end of a drive per metre, and of the heading, of ours and of the stock controller, which counts the turns '
      'of the wheels on an effective track. NEES is the normalised estimation error squared of ours: 2 is exact, less is too careful.',
@@ -44,20 +43,6 @@ STUDIES = (
      (('../faults.csv', passed),)))
 
 
-def is_number(text):
-    try:
-        float(text or 'nan')
-    except ValueError:
-        return text == '-'
-    return True
-
-
-def table_of(rows):
-    columns = {name: not all(is_number(row[name]) for row in rows) for name in rows[0]}
-    return table([('<' if text else '') + name.replace('_', ' ') for name, text in columns.items()],
-                 [[cell(row[name], text) for name, text in columns.items()] for row in rows])
-
-
 def sections(results):
     """Each study; without tables if it has not been run."""
     for name, title, command, words, files in STUDIES:
@@ -65,5 +50,5 @@ def sections(results):
         for file, summary in files:
             if (results.directory / file).exists():
                 rows = read_rows(results.directory / file)
-                tables.append({'summary': summary(results, rows) if summary else '', 'table': table_of(rows)})
+                tables.append({'summary': summary(results, rows) if summary else '', 'table': [{column.replace('_', ' '): value for column, value in row.items()} for row in rows]})
         yield {'name': name, 'title': title, 'command': command, 'words': words, 'tables': tables}

@@ -7,8 +7,6 @@ Reads what `experiments run all --out RESULTS` wrote. The page needs no other fi
 
 import argparse
 import itertools
-import math
-import multiprocessing
 import pathlib
 import sys
 
@@ -18,8 +16,8 @@ import claims
 import figures
 import hypothesis
 import studies
-from markup import cell, fixed, rendered, seconds, table
-from results import Results
+from markup import fixed, rendered
+from results import Results, engine
 
 # What the fit has to reach, as mean |ln(ours/thesis)|: tables, how they were used, name of the bar.
 BARS = [
@@ -61,48 +59,29 @@ def settings(run, shared=()):
 
 
 def ours(run, name):
-    if not run.bounded:
-        return cell('unstable', style='no')
-    return cell(seconds(run[f'{name}_s']))
-
-
-def theirs(run, name, unstable):
-    return cell('unstable' if unstable else seconds(run[f'thesis_{name}_s']))
-
-
-def residual(run):
-    errors = dict(run.errors())
-    return [cell(fixed(errors[name], sign=True) if name in errors else '') for name in ('settling', 'rise')]
+    return fixed(run[f'{name}_s']) if run.bounded else 'unstable'
 
 
 def step_table(results, name, thesis):
     """Ours and theirs for every row, with both integrators where the thesis' own one cannot run."""
-    rows = []
-    entries = thesis['rows']
-    shared = common(results.runs[name])
-    for entry, group in zip(entries, grouped(results.runs[name])):
+    rows, shared = [], common(results.runs[name])
+    for entry, group in zip(thesis['rows'], grouped(results.runs[name])):
         compared = figures.comparable(group)[0]
-        shown = group if any(not run.bounded for run in group) else [compared]
-        for run in shown:
-            is_compared = run is compared
-            rows.append([
-                cell(entry['row'], True, 'key'), cell(entry.get('column', ''), True, 'key'), cell(settings(run, shared), True),
-                cell(run['integrator'] or '–', True), ours(run, 'settling'), theirs(run, 'settling', entry.get('unstable')),
-                ours(run, 'rise'), theirs(run, 'rise', entry.get('unstable')),
-                *(residual(run) if is_compared else [cell(''), cell('')]),
-                cell(seconds(run['overshoot_pct']) if run.bounded else ''), cell(note_of(entry), True, 'note')
-            ])
-    return table(['<row', '<column', '<setting', '<integrator', 'settling ours [s]', 'thesis [s]', 'rise ours [s]', 'thesis [s]',
-                  'ln settling', 'ln rise', 'overshoot [%]', '<note'], rows)
+        for run in group if any(not run.bounded for run in group) else [compared]:
+            theirs = {kind: 'unstable' if entry.get('unstable') else fixed(run[f'thesis_{kind}_s']) for kind in ('settling', 'rise')}
+            errors = dict(run.errors()) if run is compared else {}
+            rows.append({
+                'row': entry['row'], 'column': entry.get('column', ''), 'setting': settings(run, shared), 'integrator': run['integrator'] or '–',
+                'settling ours [s]': ours(run, 'settling'), 'settling thesis [s]': theirs['settling'], 'rise ours [s]': ours(run, 'rise'),
+                'rise thesis [s]': theirs['rise'],
+                **{'ln ' + kind: fixed(errors[kind], sign=True) if kind in errors else '' for kind in theirs},
+                'overshoot [%]': fixed(run['overshoot_pct']) if run.bounded else '', 'note': note_of(entry)})
+    return rows
 
 
 def note_of(entry):
-    parts = []
-    if 'printed' in entry:
-        parts.append(f'printed "{entry["printed"]}"')
-    if 'note' in entry:
-        parts.append(entry['note'])
-    return '; '.join(parts)
+    printed = [f'printed "{entry["printed"]}"'] if 'printed' in entry else []
+    return '; '.join(printed + [entry['note']] if 'note' in entry else printed)
 
 
 def grouped(runs):
@@ -113,27 +92,22 @@ def grouped(runs):
 COLUMNS = (  # of our numbers: column, heading, digits, with a sign
     ('settling_s', 'settling [s]', 2, False), ('rise_s', 'rise [s]', 2, False), ('overshoot_pct', 'overshoot [%]', 1, False),
     ('steady_error_pct', 'steady-state error [%]', 2, True), ('tracking_rms_mps', 'tracking, RMS [m/s]', 3, False),
-    ('tracking_rms_radps', '[rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False), ('belief_rms_radps', '[rad/s]', 4, False),
-    ('effective_track', 'learned track [m]', 3, False))
+    ('tracking_rms_radps', 'tracking, RMS [rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False),
+    ('belief_rms_radps', 'belief, RMS [rad/s]', 4, False), ('effective_track', 'learned track [m]', 3, False))
 
 
 def run_table(runs):
     """Our numbers where the thesis prints none."""
-    shared = common(runs)
-    shown = [column for column in COLUMNS if any(run[column[0]] is not None for run in runs)]
-    rows = [[cell(settings(run, shared), True), cell(run['integrator'] or '–', True)] +
-            [cell('unstable' if name == 'settling_s' else '', style='no') if not run.bounded else
-             cell('–' if run[name] is None else fixed(run[name], digits, sign)) for name, _, digits, sign in shown] for run in runs]
-    return table(['<setting', '<integrator'] + [heading for _, heading, _, _ in shown], rows)
+    shared, shown = common(runs), [column for column in COLUMNS if any(run[column[0]] is not None for run in runs)]
+    return [{'setting': settings(run, shared), 'integrator': run['integrator'] or '–',
+             **{heading: fixed(run[name], digits, sign) if run.bounded else 'unstable' if name == 'settling_s' else ''
+                for name, heading, digits, sign in shown}} for run in runs]
 
 
 def square_table(runs):
-    rows = []
     shared = common(runs)
-    for run in runs:
-        share = cell(f'{100 * claims.share_reached(run):.0f} %') if run.bounded else cell('unstable', style='no')
-        rows.append([cell(settings(run, shared), True), cell(run['integrator'], True), share])
-    return table(['<setting', '<integrator', 'largest velocity / set point'], rows)
+    return [{'setting': settings(run, shared), 'integrator': run['integrator'],
+             'largest velocity / set point': f'{100 * claims.share_reached(run):.0f} %' if run.bounded else 'unstable'} for run in runs]
 
 
 BOUNDS = {'tau': 1e-5, 'kappa_mu': 1e3, 'kappa_a': 1e3}  # of the search for usable ranges
@@ -148,46 +122,36 @@ def limit_text(run, parameter):
 
 def range_table(results, thesis):
     """Table 5-7: the thesis' limits and the four that were searched."""
-    remaining = iter(results.runs['table_5-7'])
-    rows = []
+    remaining, rows = iter(results.runs['table_5-7']), []
     for entry in thesis['rows']:
         parameter = entry['parameter']
-        found = {}
+        row = {'parameter': figures.NAMES[parameter], 'limit': entry['limit'], 'belief update': entry['column'], 'thesis': f'{entry["value"]:g}'}
         for integrator in ('euler', 'exact'):
-            found[integrator, 'loop'] = limit_text(next(remaining), parameter)
-            found[integrator, 'belief'] = '–' if parameter == 'kappa_a' else limit_text(next(remaining), parameter)
-        rows.append([cell(figures.NAMES[parameter], True), cell(entry['limit'], True), cell(entry['column'], True), cell(f'{entry["value"]:g}')]
-                    + [cell(found[key]) for key in (('euler', 'loop'), ('euler', 'belief'), ('exact', 'loop'), ('exact', 'belief'))])
-    return table(['<parameter', '<limit', '<belief update', 'thesis', 'euler, on the plant', 'euler, spectral radius',
-                  'exact, on the plant', 'exact, spectral radius'], rows)
+            row[integrator + ', on the plant'] = limit_text(next(remaining), parameter)
+            row[integrator + ', spectral radius'] = '–' if parameter == 'kappa_a' else limit_text(next(remaining), parameter)
+        rows.append(row)
+    return rows
 
 
 def parameter_table(results, thesis):
     """A table of the thesis' controller parameters and our presets."""
-    presets = {name: results.config(name)['controller'] for name in ('standard', 'improved')}
     rows = []
-    for entry in thesis['rows']:
-        for preset in ('standard', 'improved'):
-            if preset in entry:
-                value = presets[preset][entry['parameter']]
-                agrees = value == entry[preset]
-                rows.append([cell(entry['parameter'], True), cell(preset, True), cell(str(value)),
-                             cell(str(entry[preset])), cell('same' if agrees else 'differs', style='yes' if agrees else 'no'),
-                             cell(note_of(entry), True, 'note')])
-    return table(['<parameter', '<controller', 'ours', 'thesis', 'agreement', '<note'], rows)
+    for entry, preset in itertools.product(thesis['rows'], ('standard', 'improved')):
+        if preset in entry:
+            value = results.config(preset)['controller'][entry['parameter']]
+            rows.append({'parameter': entry['parameter'], 'controller': preset, 'ours': str(value), 'thesis': str(entry[preset]),
+                         'agreement': 'same' if value == entry[preset] else 'differs', 'note': note_of(entry)})
+    return rows
 
 
 def tested_table(thesis):
-    rows = [[cell(figures.NAMES[entry['parameter']], True), cell(', '.join(f'{v:g}' for v in entry['values']), True),
-             cell(note_of(entry), True, 'note')] for entry in thesis['rows']]
-    return table(['<parameter', '<values', '<note'], rows)
+    return [{'parameter': figures.NAMES[entry['parameter']], 'values': ', '.join(f'{v:g}' for v in entry['values']), 'note': note_of(entry)}
+            for entry in thesis['rows']]
 
 
 def claim_table(verdicts, name):
-    rows = [[cell(place, True, 'key'), cell(text, True),
-             cell('agrees' if verdict.agrees else 'differs', style='yes' if verdict.agrees else 'no'),
-             cell(verdict.ours, True)] for experiment, place, text, verdict in verdicts if experiment == name]
-    return table(['<where', '<the thesis says', 'ours', '<our numbers'], rows)
+    return [{'where': place, 'the thesis says': text, 'ours': 'agrees' if verdict.agrees else 'differs', 'our numbers': verdict.ours}
+            for experiment, place, text, verdict in verdicts if experiment == name]
 
 
 def figure_groups(experiment):
@@ -204,15 +168,10 @@ def draw(key):
 
 
 def draw_all(results):
-    """All images, by experiment and figure, with progress lines as scripts/ read them. The processes inherit the results."""
+    """All images, by experiment and figure. The processes inherit the results."""
     draw.results = results
     keys = [(name, figure) for name, experiment in results.experiments.items() for figure, _ in figure_groups(experiment)]
-    images = {}
-    with multiprocessing.get_context('fork').Pool() as pool:
-        for key, image in zip(keys, pool.imap(draw, keys)):
-            images[key] = image
-            print(f'[{100 * len(images) // len(keys):3d}%] figures', file=sys.stderr, flush=True)
-    return images
+    return dict(zip(keys, engine.parallel(draw, keys, title='figures')))
 
 
 def figure_section(results, images, name):
@@ -285,54 +244,25 @@ def figures_shown(results):
 
 
 def plant_table(results):
-    plants = {name: results.config(name)['plant'] for name in ('plant_box', 'plant')}
-    rows = [[cell(words, True), cell(f'{plants["plant_box"][key]:g}'), cell(f'{plants["plant"][key]:g}'), cell(unit, True)]
-            for key, words, unit in FITTED]
-    return table(['<fitted parameter', 'box', 'ground', '<unit'], rows)
+    box, ground = (results.config(name)['plant'] for name in ('plant_box', 'plant'))
+    return [{'fitted parameter': words, 'box': f'{box[key]:g}', 'ground': f'{ground[key]:g}', 'unit': unit} for key, words, unit in FITTED]
 
 
 REPEATABLE = 0.15  # ln: the thesis' own repeats of one condition differ by more
 
 
-def errors_of(results, tables):
-    """Cells of the errors of some tables: how many, absolute and signed mean, how many within the thesis' own repeatability."""
-    errors = results.errors(tables)
-    near = sum(1 for error in errors if abs(error) <= REPEATABLE)
-    mean = sum(abs(error) for error in errors) / len(errors)
-    return mean, [cell(str(len(errors))), cell(f'{mean:.3f}'), cell(fixed(sum(errors) / len(errors), 3, True)), cell(f'{near}')]
-
-
 def bar_table(results):
+    """Errors of the tables of step responses, together and alone; the signs tell what the fit trades for what."""
+    whole = [(*group, figure) for group in BARS for figure in (None, 'settling', 'rise')]
     rows = []
-    for tables, words, name in BARS:
-        bar = results.bars['thesis_fit'][name]
-        error, cells = errors_of(results, tables)
-        rows.append([cell(', '.join(tables), True), cell(words, True), *cells, cell(f'{bar:.3f}'),
-                     cell('met' if error <= bar else 'missed', style='yes' if error <= bar else 'no')])
-    for tables in sorted({t for group, _, _ in BARS for t in group}):
-        rows.append([cell(tables, True), cell('alone', True), *errors_of(results, [tables])[1], cell(''), cell('')])
-    return table(['<tables', '<used as', 'values', 'mean |ln(ours/thesis)|', 'mean ln(ours/thesis)', 'within 15 %', 'bar', 'verdict'], rows)
-
-
-def fit_sentence(results):
-    """Signed errors of the box, and what the fit trades for what."""
-    tables = BARS[0][0]
-
-    def errors(what, names):
-        return [error for name in names for run in results.comparable(f'table_{name}') for kind, error in run.errors() if kind == what]
-
-    def words(what):
-        found = errors(what, tables)
-        percent = 100 * math.expm1(sum(found) / len(found))
-        return 'right' if abs(percent) < 2 else f'{abs(percent):.0f} % too {"short" if percent < 0 else "long"}'
-
-    settling = errors('settling', tables)
-    means = {name: sum(errors('settling', [name])) / len(errors('settling', [name])) for name in tables}
-    worst = max(means, key=lambda name: abs(means[name]))
-    near = sum(1 for error in settling if abs(error) <= REPEATABLE)
-    return (f'On the box our settling times are {words("settling")} on average, most in Table {worst} (mean ln {fixed(means[worst], sign=True)}), '
-            f'and our rise times are {words("rise")}: the fit trades one for the other. {near} of {len(settling)} settling times lie within '
-            '15 % of the thesis\'.')
+    for tables, words, name, figure in whole + [((name,), 'alone', None, figure) for name in sorted(BARS[-1][0]) for figure in (None, 'settling')]:
+        errors = results.errors(tables, figure)
+        mean, bar = sum(map(abs, errors)) / len(errors), results.bars['thesis_fit'].get(name if figure is None else None)
+        rows.append({'tables': ', '.join(tables), 'used as': words, 'figure': figure or 'both', 'values': len(errors),
+                     'mean |ln(ours/thesis)|': f'{mean:.3f}', 'mean ln(ours/thesis)': fixed(sum(errors) / len(errors), 3, True),
+                     'within 15 %': sum(abs(error) <= REPEATABLE for error in errors), 'bar': f'{bar:.3f}' if bar else '',
+                     'verdict': '' if not bar else 'met' if mean <= bar else 'missed'})
+    return rows
 
 
 def evaluate(results):
@@ -343,7 +273,7 @@ def page(results, images):
     verdicts = evaluate(results)
     sections = {name: experiment_section(results, images, verdicts, name) for name in results.experiments}
     return rendered(tables=list(results.tables), figures=figures_shown(results), plants=plant_table(results), bars=bar_table(results),
-                    answers=answers.answered(results), fit=fit_sentence(results), verdicts=verdicts,
+                    answers=answers.answered(results), verdicts=verdicts,
                     agreed=sum(verdict.agrees for *_, verdict in verdicts), data=data_sections(results),
                     experiments=[sections[name] for name in reproduced(results)],
                     beyond=[section for name, section in sections.items() if name not in reproduced(results)],

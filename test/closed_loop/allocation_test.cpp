@@ -9,7 +9,6 @@
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
 #include "loop_setup.hpp"
-#include "sensor_faults.hpp"
 
 namespace jackal_aic::sim {
 namespace {
@@ -32,15 +31,16 @@ TEST_P(Allocations, NoneInMeasurementsSetPointsBeliefsAndActions) {
   setup.drive.plant_model = monitorModel(files, "ground");  // of the fault detection; the open loop has none
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop(setup.drive, std::move(controller));
-  SensorFaults faults({{FaultKind::freeze, FaultChannel::left, 0.0, 3.0, 1.0},
-                       {FaultKind::bias, FaultChannel::gyro, 0.3, 6.0, 1.0},
-                       {FaultKind::not_a_number, FaultChannel::right, 0.0, 8.0, 0.1}});
+  FaultInjector faults({{FaultKind::freeze, FaultChannel::left, 0.0, 3.0, 1.0},
+                        {FaultKind::bias, FaultChannel::gyro, 0.3, 6.0, 1.0},
+                        {FaultKind::not_a_number, FaultChannel::right, 0.0, 8.0, 0.1}},
+                       {});
   int commands = 0, faulty = 0;
   const int before = allocations;
   for (int k = 0; k < 10000; ++k, plant.step()) {
     const double now = plant.time();
     std::optional<Observation> y;
-    if (plant.measurement()) y = faults.apply(*plant.measurement()).observation();
+    if (plant.measurement()) y = faults.falsified(*plant.measurement()).observation();
     const bool stands = k < 100 || (k >= 5000 && k < 5500);
     counting = true;
     loop.setSetPoint(stands ? SetPoint{} : SetPoint{0.5, 0.0, k < 2000 ? 0.0 : 0.4}, now);

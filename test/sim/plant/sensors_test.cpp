@@ -22,6 +22,15 @@ SensorInput input() {
   return {{0.1, 0.2, 0.3, 0.4}, {0.01, 0.02, 0.5}, {1.0, 2.0, 9.81}, Eigen::Quaterniond::Identity()};
 }
 
+/// A sample of wheels and IMU.
+template <class Sensors>
+PlantMeasurement sampleOf(Sensors&& sensors) {
+  PlantMeasurement sample;
+  static_cast<WheelFeedback&>(sample) = sensors.wheels(truth(), input());
+  static_cast<ImuMeasurement&>(sample) = sensors.imu(truth(), input());
+  return sample;
+}
+
 /// Mean and standard deviation of one channel over many samples.
 struct Statistics {
   double mean = 0.0;
@@ -34,7 +43,7 @@ Statistics statisticsOf(const PlantParameters& parameters, Channel channel) {
   constexpr int kSamples = 20000;
   double sum = 0.0, squares = 0.0;
   for (int n = 0; n < kSamples; ++n) {
-    const double value = channel(sensors.sample(truth(), input()));
+    const double value = channel(sampleOf(sensors));
     sum += value;
     squares += value * value;
   }
@@ -45,7 +54,7 @@ Statistics statisticsOf(const PlantParameters& parameters, Channel channel) {
 TEST(Sensors, WithoutNoiseAreTheTruthAndRearEncodersCopyTheFrontOnes) {
   PlantParameters parameters;
   parameters.noise_scale = 0.0;
-  const PlantMeasurement sample = SensorModel(parameters).sample(truth(), input());
+  const PlantMeasurement sample = sampleOf(SensorModel(parameters));
   EXPECT_EQ(sample.stamp, 1.5);
   EXPECT_EQ(sample.wheel_velocity, (std::array<double, 4>{3.0, 4.0, 3.0, 4.0}));
   EXPECT_EQ(sample.wheel_position, (std::array<double, 4>{1.0, 2.0, 1.0, 2.0}));
@@ -59,7 +68,7 @@ TEST(Sensors, WithoutNoiseAreTheTruthAndRearEncodersCopyTheFrontOnes) {
   EXPECT_EQ(observation.wheel_right, 4.0);
   EXPECT_EQ(observation.acceleration_x, 1.0);
   EXPECT_EQ(observation.acceleration_y, 2.0);
-  const PlantMeasurement noisy = SensorModel(PlantParameters{}).sample(truth(), input());
+  const PlantMeasurement noisy = sampleOf(SensorModel(PlantParameters{}));
   EXPECT_EQ(noisy.wheel_velocity[kRearLeft], noisy.wheel_velocity[kFrontLeft]);
   EXPECT_EQ(noisy.wheel_velocity[kRearRight], noisy.wheel_velocity[kFrontRight]);
   EXPECT_NE(noisy.wheel_velocity[kFrontLeft] - 3.0, noisy.wheel_velocity[kFrontRight] - 4.0);
@@ -87,10 +96,10 @@ TEST(Sensors, SeedDecidesTheNoiseWhateverIsLost) {
   lossy.measurement_loss = 0.5;
   SensorModel a(one), b(one), c(other), losing(lossy);
   for (int n = 0; n < 20; ++n) {
-    const PlantMeasurement sample = a.sample(truth(), input());
-    EXPECT_EQ(sample.wheel_velocity, b.sample(truth(), input()).wheel_velocity);
-    EXPECT_NE(sample.wheel_velocity, c.sample(truth(), input()).wheel_velocity);
-    EXPECT_EQ(sample.wheel_velocity, losing.sample(truth(), input()).wheel_velocity);
+    const PlantMeasurement sample = sampleOf(a);
+    EXPECT_EQ(sample.wheel_velocity, sampleOf(b).wheel_velocity);
+    EXPECT_NE(sample.wheel_velocity, sampleOf(c).wheel_velocity);
+    EXPECT_EQ(sample.wheel_velocity, sampleOf(losing).wheel_velocity);
     losing.losesSample();
   }
 }
@@ -118,7 +127,7 @@ TEST(Sensors, RoundTheNoisyWheelSpeedToWholeSteps) {
   SensorModel sensors(parameters);
   bool changes = false;
   for (int n = 0; n < 100; ++n) {
-    const double steps = sensors.sample(truth(), input()).wheel_velocity[kFrontLeft] / 0.0606;
+    const double steps = sampleOf(sensors).wheel_velocity[kFrontLeft] / 0.0606;
     EXPECT_NEAR(steps, std::round(steps), 1e-9);
     EXPECT_NEAR(steps, 3.0 / 0.0606, 3.0);
     changes = changes || std::round(steps) != std::round(3.0 / 0.0606);
@@ -127,8 +136,8 @@ TEST(Sensors, RoundTheNoisyWheelSpeedToWholeSteps) {
 
   parameters.encoder_noise = 0.003;
   SensorModel quiet(parameters);
-  const double first = quiet.sample(truth(), input()).wheel_velocity[kFrontRight];
-  for (int n = 0; n < 100; ++n) EXPECT_EQ(quiet.sample(truth(), input()).wheel_velocity[kFrontRight], first);
+  const double first = sampleOf(quiet).wheel_velocity[kFrontRight];
+  for (int n = 0; n < 100; ++n) EXPECT_EQ(sampleOf(quiet).wheel_velocity[kFrontRight], first);
 }
 
 /// Deviation over time of a channel of the IMU at a speed of the wheels, in rad/s.
