@@ -128,7 +128,7 @@ DriveRecording withoutSpikes(DriveRecording recording) {
   return recording;
 }
 
-/// When two series were recorded, if at no time both were; else empty.
+/// The times of two series that do not overlap; empty if they do.
 template <class One, class Other>
 std::string apartText(const std::vector<One>& one, const std::vector<Other>& other) {
   if (one.empty() || other.empty()) return "";
@@ -617,11 +617,11 @@ FitResult freshOnes(const WheelFit& fit, const Theta& theta, const Sampling& sam
 
 /// True if two parts differ in a parameter by more than their intervals and by a relevant amount.
 bool differ(const Parts& parts, int parameter) {
-  constexpr std::array<double, 3> kMinded{0.01, 0.02, 0.03};  // s, s, 1
+  constexpr std::array<double, 3> kRelevant{0.01, 0.02, 0.03};  // s, s, 1
   const FitResult &a = parts[0].found, &b = parts[1].found;
   const double difference = std::abs(a.theta[parameter] - b.theta[parameter]);
   return difference >
-         std::max(kMinded[static_cast<std::size_t>(parameter)], a.half_width[parameter] + b.half_width[parameter]);
+         std::max(kRelevant[static_cast<std::size_t>(parameter)], a.half_width[parameter] + b.half_width[parameter]);
 }
 
 bool differ(const Parts& parts) { return differ(parts, kDeadTime) || differ(parts, kLag) || differ(parts, kGain); }
@@ -688,14 +688,14 @@ struct GyroBias {
 /// Yaw rate at standing wheels, by a straight line through the samples with slow wheels, so that slow turns do not
 /// count as bias.
 GyroBias gyroBias(const DriveRecording& recording) {
-  constexpr double kHardly = 0.2;    // rad/s
+  constexpr double kSlowTurn = 0.2;  // rad/s
   constexpr double kUnknown = 0.02;  // rad/s, standard deviation of the bias without any rest
   double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
   std::size_t k = 0;
   for (const auto& sample : recording.yaw) {
     while (k + 1 < recording.wheels.size() && recording.wheels[k + 1].time <= sample.time + 1e-6) ++k;
     const WheelCommand& speed = recording.wheels[k].speed;
-    if (speed.vector().cwiseAbs().maxCoeff() > kHardly) continue;
+    if (speed.vector().cwiseAbs().maxCoeff() > kSlowTurn) continue;
     const double x = speed.right - speed.left;
     n += 1.0;
     sx += x;
