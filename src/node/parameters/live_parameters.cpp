@@ -94,7 +94,7 @@ class PredictiveServer : public LiveParameterServer {
   }
 
  private:
-  /// A file that cannot be used is no reason to stand.
+  /// The robot drives although the file cannot be used.
   void read() {
     try {
       if (const auto kept = readLearnedFile(path_, configured_)) loop_.setLearned(*kept);

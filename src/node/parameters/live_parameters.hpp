@@ -131,8 +131,8 @@ class GainServer {
 class LoopExchange {
  public:
   // From any thread except the driving one:
-  void adoptGains(const ControllerParameters& gains) { hand(thesis_gains_, gains); }      ///< that are certified
-  void adoptGains(const PredictiveParameters& gains) { hand(predictive_gains_, gains); }  ///< that are certified
+  void adoptGains(const ControllerParameters& gains) { hand(thesis_gains_, gains); }      ///< certified gains
+  void adoptGains(const PredictiveParameters& gains) { hand(predictive_gains_, gains); }  ///< certified gains
   void setLearned(const LearnedModel& learned);                ///< restored model, its values in range
   void freezeLearning(bool frozen) { hand(frozen_, frozen); }  ///< stops (true) or resumes learning
   LearnedModel learned() const;                                ///< recent learned model

@@ -9,7 +9,7 @@
 namespace jackal_aic {
 namespace {
 
-/// Wall time between looks at the clock [s].
+/// Wall time between checks of the clock [s].
 constexpr double kClockPeriod = 0.5;
 
 /// Wall time between log lines and writes of the learned file [s].
@@ -199,11 +199,11 @@ void ControllerNode::resetSensors() {
 
 void ControllerNode::reportStatus() {
   StopCauses missing;
-  if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which looks at none
+  if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which uses none
     missing.add(StopCause::wheels_missing, std::isnan(loop_.measuredVelocity()(kForward)))
         .add(StopCause::imu_missing, std::isnan(loop_.measuredVelocity()(kYaw)));
   }
-  diagnostics_.look({loop_.status(), contender(), loop_.status().rejected_measurements + rejected_readings_,
+  diagnostics_.post({loop_.status(), contender(), loop_.status().rejected_measurements + rejected_readings_,
                      loop_.controller().freeEnergy(), others_.masterReachable(), missing});
 }
 
