@@ -217,7 +217,7 @@ void remarkOnCommands(const DriveRecording& recording, double speed_limit, std::
   if (std::isfinite(speed_limit)) {
     remarks.push_back(
         fmt::format("clipped: the wheels did not get beyond {:g} rad/s although up to {:g} rad/s were "
-                    "commanded; the gain is that below the clipping",
+                    "commanded; the gain holds below the clipping",
                     speed_limit, std::max(fastest, -slowest)));
   }
 }
@@ -372,7 +372,7 @@ void checkHeld(const DriveRecording& recording, const Sampling& sampling, std::v
         fmt::format("{}: {} measurements, at least {} are needed", held, measurements, kLeastSamples));
   }
   remarks.push_back(
-      fmt::format("held: {}: the dead time is that of values of mean age, the intervals cover fresh ones", held));
+      fmt::format("held: {}: the dead time is for values of mean age, its interval covers fresh values", held));
 }
 
 /// Likeness of a wheel speed and the command of a side some time before.
@@ -842,9 +842,9 @@ Identification identifyDriveTrain(const DriveRecording& recorded, double wheel_r
   FitResult found = withIntervals(fit, theta, true);
   std::string no_offset;  // why none is known
   if (found.half_width[kOffset] > kLeastCommand) {
-    no_offset = "the commands are of one speed only; the gain is that at this speed";
+    no_offset = "the commands are of one speed only; the gain holds at this speed";
   } else if (differ(directions(fit, theta, sampling.doubt()))) {
-    no_offset = "forward and backward differ; the gain is that without an offset";
+    no_offset = "forward and backward differ; the gain is fitted without an offset";
   }
   if (!no_offset.empty()) {
     theta = searchLeastSquares(fit, gain, false);

@@ -113,8 +113,8 @@ void ControllerNode::onFeedback(const ros::Time& stamp) {
   if (parameters_.output == OutputMode::gazebo && !refused_) {
     refused_ = true;
     ROS_FATAL(
-        "output = gazebo: for simulations only, and /feedback comes from a robot, whose wheels would keep the last "
-        "speed if this node dies; use output: twist");
+        "output = gazebo: for simulations only, but a robot publishes /feedback: use output: twist. Its wheels would "
+        "keep their last speed if this node died");
     StopRequest::request();
   }
   loop_.receiveFeedback(stamp.toSec(), currentTime());
