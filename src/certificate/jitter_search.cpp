@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 constexpr int kPoints = 5;             // phases and delays of a period, from 0 to the longest
 constexpr int kLongestSequence = 10;   // periods
 constexpr double kExtremeShare = 0.8;  // share of draws at the shortest or longest phase or delay
-constexpr double kLostShare = 0.6;     // share of lost samples among those that may be lost
+constexpr double kLostShare = 0.6;     // share of lost samples where a loss is allowed
 constexpr double kDelayStep = 0.005;   // s, of the margin
 
 /// Draws periods of a loop.
