@@ -1,11 +1,11 @@
 # shellcheck shell=bash
-# Long commands: their output goes to a log, a person reads title, elapsed time and percentage.
+# Long commands: their output goes to a log; the terminal shows title, elapsed time and percentage.
 
 readonly HEARTBEAT=15 # s between lines
 
 phase_pid=""
 
-# One line for the person at the terminal.
+# Prints one line.
 say() { printf '%s\n' "$*"; }
 
 # Ends the script with one line on standard error.

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 
-LOOK = 0.2  # s between looks at the results
+CHECK_PERIOD = 0.2  # s between checks of the results
 GRACE = 20.0  # s from the request to stop until a process is killed
 
 
@@ -59,9 +59,9 @@ def run(log, results, arguments, show):
         shown = 0
         try:
             while launch.poll() is None:
-                if master.poll() is not None:  # one of the scenarios kills it
+                if master.poll() is not None:  # a scenario kills the master
                     master = start('rosmaster', '--core', '-p', str(port))
-                time.sleep(LOOK)
+                time.sleep(CHECK_PERIOD)
                 rows = complete_rows(results)
                 for row in rows[shown:]:
                     show(row)

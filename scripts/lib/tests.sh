@@ -2,7 +2,7 @@
 # The tests that catkin registered with CTest.
 
 # test_targets BUILD PATTERN: what make has to build for the tests that match. A gtest is a target of its name, a rostest names gtests,
-# which depend on the nodes. Others, and those with the label nodes, start programs as a user does, and need all of them.
+# which depend on the nodes. Other tests, and those with the label nodes, start programs as a user does, and need the whole build.
 test_targets() {
   local listing launch
   listing=$(cd "$1" && ctest -N -V -R "$2" 2>&1) || true

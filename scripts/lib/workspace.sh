@@ -2,7 +2,7 @@
 # Source this first in every script: installs what is missing, makes the catkin workspace, builds it, sources it.
 #
 # Everything a checkout produces lies in its own git-ignored workspace, ws/ (or JACKAL_AIC_WS): build, logs, ROS home. Its name
-# has no dot: the completion of rosbash leaves out paths with one.
+# has no dot, because the completion of rosbash omits paths with a dot.
 
 set -euo pipefail
 
@@ -78,7 +78,7 @@ make_workspace() {
   export ROS_IP=127.0.0.1
 }
 
-# Links the packages to build; a build that knows another place of the checkout is thrown away.
+# Links the packages to build; deletes a build of a checkout at another path.
 link_packages() {
   local entry package=$workspace/src/jackal_aic
   if [[ $(cat "$workspace/location" 2>/dev/null) != "$repository $workspace" ]]; then
@@ -106,7 +106,7 @@ link_packages() {
 # As many compilers at a time as processors and free memory (1 GiB each) allow.
 build_jobs() { awk -v cores="$(nproc)" '/^MemAvailable:/ { n = int($2 / 1048576); print n < 1 ? 1 : n < cores ? n : cores }' /proc/meminfo; }
 
-# build_workspace TARGET...: builds them, then shows the compiler's own words if that failed.
+# build_workspace TARGET...: builds them; shows the compiler's output if that failed.
 build_workspace() {
   local log=$workspace/log/build_$1.log
   run_phase "Building jackal_aic: $1" "$log" catkin_make -C "$workspace" -j"${JACKAL_AIC_JOBS:-$(build_jobs)}" \
@@ -124,7 +124,7 @@ set_up() {
   exec {lock}>"$workspace/lock"
   flock -n "$lock" || { say "Waiting for another script that is building in $workspace" && flock "$lock"; }
   install_packages "${packages[@]}"
-  set +u # what ROS generates reads unset variables
+  set +u # the setup files of ROS read unset variables
   # shellcheck disable=SC1091
   if [[ -e $ros_prefix/setup.bash ]]; then . "$ros_prefix/setup.bash"; fi
   link_packages

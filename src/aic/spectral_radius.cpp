@@ -12,10 +12,10 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kWorthIt = 0.95;   // a scaling that shortens row and column by less is left
-constexpr double kEnough = 1e-10;   // relative uncertainty that needs no more precision
-constexpr double kOuterRing = 0.9;  // eigenvalues of less than this part of the radius do not count
-constexpr double kDoubt = 1e-6;     // distance to a limit, relative, within which the radius needs a bound
+constexpr double kLeastReduction = 0.95;     // a scaling has to shorten row plus column to less than this fraction
+constexpr double kSmallUncertainty = 1e-10;  // relative uncertainty that needs no extended precision
+constexpr double kCountedFraction = 0.9;     // eigenvalues below this fraction of the radius do not count
+constexpr double kCloseToLimit = 1e-6;  // relative distance from a limit within which the radius needs an error bound
 
 template <class Real>
 using Square = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
@@ -54,7 +54,7 @@ Eigen::MatrixXd balanced(Eigen::MatrixXd map) {
       const double diagonal = std::exchange(map(i, i), 0.0);
       const double column = map.col(i).lpNorm<1>(), row = map.row(i).lpNorm<1>();
       const double factor = column > 0.0 && row > 0.0 ? std::exp2(std::round(0.5 * std::log2(row / column))) : 1.0;
-      if (factor * column + row / factor < kWorthIt * (column + row)) {
+      if (factor * column + row / factor < kLeastReduction * (column + row)) {
         map.col(i) *= factor;
         map.row(i) /= factor;
         changed = true;
@@ -104,7 +104,7 @@ SpectralRadius radiusWithBound(const Square<Real>& map) {
   Real upper = radius;
   for (Eigen::Index i = 0; i < n; ++i) {
     const Real magnitude = std::abs(T(i, i));
-    if (magnitude < kOuterRing * radius) continue;
+    if (magnitude < kCountedFraction * radius) continue;
     upper = std::max(upper, magnitude + std::min(farthest, error * conditionNumber<Real>(T, i, rounding)));
   }
   return {static_cast<double>(radius), static_cast<double>(upper - radius)};
@@ -124,7 +124,7 @@ SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map) {
   const double negligible = std::pow(std::numeric_limits<double>::epsilon(), 3);
   scaled = (scaled.array().abs() < negligible).select(0.0, scaled).eval();
   SpectralRadius radius = radiusWithBound<double>(scaled);
-  if (radius.uncertainty > kEnough * radius.value) {
+  if (radius.uncertainty > kSmallUncertainty * radius.value) {
     radius = radiusWithBound<long double>(scaled.cast<long double>());
   }
   const double value = std::max(alone, size * radius.value);
@@ -142,7 +142,7 @@ double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map) {
     radius = std::max(radius, solver.eigenvalues().cwiseAbs().maxCoeff());
   }
   // This comparison is false for NaN, too.
-  return std::abs(radius - limit) > kDoubt * std::max(radius, limit) ? radius : spectralRadiusOf(map).upper();
+  return std::abs(radius - limit) > kCloseToLimit * std::max(radius, limit) ? radius : spectralRadiusOf(map).upper();
 }
 
 }  // namespace jackal_aic

@@ -10,9 +10,9 @@ namespace {
 
 constexpr double kGainStep = 1.2;       // factor on the gain from one point of the walk to the next
 constexpr double kDelayStep = 0.25;     // action periods of extra dead time, at first
-constexpr double kDelayGrowth = 1.1;    // of that, so that long delays are soon reached
-constexpr int kHalvings = 20;           // of the step in which it changes
-constexpr int kMostExtraPeriods = 250;  // action periods, which bound the size of the map
+constexpr double kDelayGrowth = 1.1;    // factor on that step from point to point, to reach long delays soon
+constexpr int kHalvings = 20;           // of the step in which the verdict changes
+constexpr int kMostExtraPeriods = 250;  // largest extra dead time [action periods]; it bounds the size of the map
 
 /// Last point before the verdict changes on the way from `start` along next(x) to `end`; `none` if it does not change.
 template <class Stable, class Next>
@@ -73,7 +73,7 @@ Margins smaller(const Margins& a, const Margins& b) {
           std::min(a.delay_margin, b.delay_margin), std::min(a.delay_reduction, b.delay_reduction)};
 }
 
-/// A margin as the search for it ended: it may be larger than the largest that is looked for.
+/// A margin in words: "more than" if the search ended at its bound.
 std::string atLeast(double value, double bound) {
   return fmt::format("{}{:.3g}", value >= bound ? "more than " : "", value);
 }

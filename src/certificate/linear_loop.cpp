@@ -344,19 +344,19 @@ double LinearLoop::longestPhase() const { return std::min(1.0 / robot_.sensor_ra
 /// stability, so that the verdict does not depend on the grid. @param enough radius at which the search ends.
 LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, double enough) const {
   WorstPhase worst{-HUGE_VAL, 0.0};
-  const auto look = [&](double phase) {
+  const auto evaluate = [&](double phase) {
     if (worst.radius >= enough || phase < 0.0 || phase > longestPhase()) return;
     change.phase = phase;
     const double radius = spectralRadiusBeside(kStabilityLimit, periodMap(mode, change));
     if (radius > worst.radius) worst = {radius, phase};
   };
   double distance = longestPhase() / (kPhases - 1);
-  for (int i = 0; i < kPhases; ++i) look(i * distance);
+  for (int i = 0; i < kPhases; ++i) evaluate(i * distance);
   for (int i = 0; i < kRefinements && std::abs(worst.radius - 1.0) < kClose; ++i) {
     distance *= 0.5;
     const double centre = worst.phase;
-    look(centre - distance);
-    look(centre + distance);
+    evaluate(centre - distance);
+    evaluate(centre + distance);
   }
   return worst;
 }

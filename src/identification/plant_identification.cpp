@@ -128,7 +128,7 @@ DriveRecording withoutSpikes(DriveRecording recording) {
   return recording;
 }
 
-/// When two series were recorded, if at no time both were; else empty.
+/// The times of two series that do not overlap; empty if they do.
 template <class One, class Other>
 std::string apartText(const std::vector<One>& one, const std::vector<Other>& other) {
   if (one.empty() || other.empty()) return "";
@@ -217,7 +217,7 @@ void remarkOnCommands(const DriveRecording& recording, double speed_limit, std::
   if (std::isfinite(speed_limit)) {
     remarks.push_back(
         fmt::format("clipped: the wheels did not get beyond {:g} rad/s although up to {:g} rad/s were "
-                    "commanded; the gain is that below the clipping",
+                    "commanded; the gain holds below the clipping",
                     speed_limit, std::max(fastest, -slowest)));
   }
 }
@@ -372,7 +372,7 @@ void checkHeld(const DriveRecording& recording, const Sampling& sampling, std::v
         fmt::format("{}: {} measurements, at least {} are needed", held, measurements, kLeastSamples));
   }
   remarks.push_back(
-      fmt::format("held: {}: the dead time is that of values of mean age, the intervals cover fresh ones", held));
+      fmt::format("held: {}: the dead time is for values of mean age, its interval covers fresh values", held));
 }
 
 /// Likeness of a wheel speed and the command of a side some time before.
@@ -617,11 +617,11 @@ FitResult freshOnes(const WheelFit& fit, const Theta& theta, const Sampling& sam
 
 /// True if two parts differ in a parameter by more than their intervals and by a relevant amount.
 bool differ(const Parts& parts, int parameter) {
-  constexpr std::array<double, 3> kMinded{0.01, 0.02, 0.03};  // s, s, 1
+  constexpr std::array<double, 3> kRelevant{0.01, 0.02, 0.03};  // s, s, 1
   const FitResult &a = parts[0].found, &b = parts[1].found;
   const double difference = std::abs(a.theta[parameter] - b.theta[parameter]);
   return difference >
-         std::max(kMinded[static_cast<std::size_t>(parameter)], a.half_width[parameter] + b.half_width[parameter]);
+         std::max(kRelevant[static_cast<std::size_t>(parameter)], a.half_width[parameter] + b.half_width[parameter]);
 }
 
 bool differ(const Parts& parts) { return differ(parts, kDeadTime) || differ(parts, kLag) || differ(parts, kGain); }
@@ -688,14 +688,14 @@ struct GyroBias {
 /// Yaw rate at standing wheels, by a straight line through the samples with slow wheels, so that slow turns do not
 /// count as bias.
 GyroBias gyroBias(const DriveRecording& recording) {
-  constexpr double kHardly = 0.2;    // rad/s
+  constexpr double kSlowTurn = 0.2;  // rad/s
   constexpr double kUnknown = 0.02;  // rad/s, standard deviation of the bias without any rest
   double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
   std::size_t k = 0;
   for (const auto& sample : recording.yaw) {
     while (k + 1 < recording.wheels.size() && recording.wheels[k + 1].time <= sample.time + 1e-6) ++k;
     const WheelCommand& speed = recording.wheels[k].speed;
-    if (speed.vector().cwiseAbs().maxCoeff() > kHardly) continue;
+    if (speed.vector().cwiseAbs().maxCoeff() > kSlowTurn) continue;
     const double x = speed.right - speed.left;
     n += 1.0;
     sx += x;
@@ -842,9 +842,9 @@ Identification identifyDriveTrain(const DriveRecording& recorded, double wheel_r
   FitResult found = withIntervals(fit, theta, true);
   std::string no_offset;  // why none is known
   if (found.half_width[kOffset] > kLeastCommand) {
-    no_offset = "the commands are of one speed only; the gain is that at this speed";
+    no_offset = "the commands are of one speed only; the gain holds at this speed";
   } else if (differ(directions(fit, theta, sampling.doubt()))) {
-    no_offset = "forward and backward differ; the gain is that without an offset";
+    no_offset = "forward and backward differ; the gain is fitted without an offset";
   }
   if (!no_offset.empty()) {
     theta = searchLeastSquares(fit, gain, false);

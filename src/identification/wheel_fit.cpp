@@ -10,10 +10,11 @@
 namespace jackal_aic::identification {
 namespace {
 
-/// Commands below this are on their way to zero, where an offset ends [rad/s].
+/// Below this command the offset decreases to zero with the command [rad/s].
 constexpr double kSmallCommand = 0.3;
 
-/// Part of the residual's variance by which a parameter has to lessen the sum of squares: chance does so once in 600.
+/// Multiple of the residual's variance by which a parameter has to reduce the sum of squares: chance does so once in
+/// 600.
 constexpr double kSignificant = 10.0;
 
 /// Steps by which derivatives are taken: wide enough to bridge the kinks where a command switches between two samples.

@@ -7,7 +7,7 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kLongest = 0.15;    // s between two samples; one between them was lost beyond it
+constexpr double kLongest = 0.15;    // s between two samples; beyond it one between them was lost
 constexpr int kFrozen = 8;           // samples of a source that does not change
 constexpr double kLargestShare = 4;  // of D, in multiples of h
 constexpr double kLatest = 0.025;    // s by which an IMU sample may be later than the one it is paired with

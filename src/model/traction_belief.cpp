@@ -11,55 +11,54 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kWindow = 1.0;         // W [s]; also the longest doubt about a slide
-constexpr double kJolt = 0.1;           // s, within which a collision takes the body's speed
-constexpr double kMost = 0.8;           // of a change of speed: "most of it"
-constexpr double kCollision = 0.3;      // W_c [s]
-constexpr double kSensorMemory = 5.0;   // T_b, and of lambda [s]
-constexpr double kUnknownOffset = 0.5;  // m/s^2, of b before it was learned
-constexpr double kSlope = 0.2;          // m/s^2, that is gravity: on a slope of 1.2 degrees
-constexpr double kMeanTime = 0.015;     // s, of a mean by which vibration is known; one sample of a slower sensor
-constexpr double kSurprise = 25.0;      // largest lambda, and growth of vibration; more is a motion
-constexpr double kBound = 6.0;          // standard deviations of D that noise may make
-constexpr double kLeast = 0.15;         // m/s; largest D on tyres that grip
-constexpr double kStopped = 0.3;        // part of its speed that a body which was stopped may seem to have
-constexpr double kThrownBack = 1.3;     // of the speed, that a collision may take
-constexpr double kMissed = 5.0;         // m/s^2, that an acceleration may have been which was not measured
-constexpr double kLate = 0.05;          // s, by which the wheels may be measured later than the body
-constexpr double kFastest = 3.0;        // m/s^2, of wheels that bring the body along
-constexpr double kScale = 0.1;          // of Delta v_w: scale of the accelerometer, and a body that pitches
-constexpr double kCentre = 0.2;         // m, by which the centre of turning may lie elsewhere
-constexpr double kStraight = 0.02;      // m/s^2, centripetal, negligible
-constexpr double kMet = 0.02;           // m/s; difference of a body that has met its wheels
-constexpr double kQuiet = 0.2;          // s, of constant speed of body and wheels
-constexpr double kKept = 0.03;          // m/s, within which they keep it, without noise
-constexpr double kTurns = 0.08;         // m/s; wheels that turn
-constexpr double kHeldTurn = 0.3;       // rad/s, largest turn of a body that is held
-constexpr double kLately = 0.4;         // s, in which a reversing turn passes zero, and a body let go meets its wheels
-constexpr double kDoubt = 0.5;          // s, after which the nearer hypothesis is taken
-constexpr double kExpected = 0.5;       // bound of an expected change / of any change
-constexpr double kLongestSlide = 3.0;   // s; a longer slide is an error of the accelerometer
-constexpr double kSmallerOfTwo =
-    0.44;                        // mean square of the smaller of two differences of noise in a row, by that of one
-constexpr double kMargin = 2.0;  // of the variance of vibration, which is uncertain after half a second
-constexpr double kMostColoured = 0.6;  // of rho
+constexpr double kWindow = 1.0;                  // W [s]; also the longest undecided slide
+constexpr double kJoltTime = 0.1;                // time in which a collision stops the body [s]
+constexpr double kDominant = 0.8;                // fraction of a change of speed that one cause has to explain
+constexpr double kCollision = 0.3;               // W_c [s]
+constexpr double kSensorMemory = 5.0;            // T_b, and of lambda [s]
+constexpr double kUnknownOffset = 0.5;           // bound of b before it is learned [m/s^2]
+constexpr double kSlopeAcceleration = 0.2;       // a larger mean of a is gravity on a slope of 1.2 degrees [m/s^2]
+constexpr double kMeanTime = 0.015;              // of a mean from which vibration is learned [s]
+constexpr double kLargestVarianceRatio = 25.0;   // largest lambda and growth of vibration; a larger one is a motion
+constexpr double kNoiseBound = 6.0;              // standard deviations of D that noise may cause
+constexpr double kLeastError = 0.15;             // largest D on tyres that grip [m/s]
+constexpr double kStoppedFraction = 0.3;         // believed / former speed of a body that was stopped, at most
+constexpr double kReboundFraction = 1.3;         // largest change in a collision / former speed
+constexpr double kUnmeasuredAcceleration = 5.0;  // bound of an acceleration that was not measured [m/s^2]
+constexpr double kWheelDelay = 0.05;             // delay of the wheels' measurement behind the body's [s]
+constexpr double kWheelAcceleration = 3.0;       // bound for wheels that grip [m/s^2]
+constexpr double kScaleError = 0.1;              // error / Delta v_w, of the accelerometer's scale and of pitching
+constexpr double kCentreDistance = 0.2;          // bound of the unknown shift of the turning centre [m]
+constexpr double kStraightAcceleration = 0.02;   // negligible centripetal acceleration [m/s^2]
+constexpr double kMetSpeed = 0.02;               // |x_dot - v_w| of a body that follows its wheels again [m/s]
+constexpr double kSteadyTime = 0.2;              // time for which body and wheels keep their speed [s]
+constexpr double kSteadyChange = 0.03;           // change of a kept speed, without noise [m/s]
+constexpr double kTurningWheels = 0.08;          // least speed of wheels that turn [m/s]
+constexpr double kHeldTurn = 0.3;                // largest yaw rate of a body that is held [rad/s]
+constexpr double kRecentTime = 0.4;              // a reversing turn passes zero, or a released body follows, in it [s]
+constexpr double kDecisionTime = 0.5;            // after it the nearer hypothesis is taken [s]
+constexpr double kExpectedFraction = 0.5;        // bound of an expected change / of any change
+constexpr double kLongestSlide = 3.0;            // a longer slide is an error of the accelerometer [s]
+constexpr double kSmallerOfTwo = 0.44;       // mean of the smaller of two successive squared differences / their mean
+constexpr double kVibrationMargin = 2.0;     // on the variance of vibration, uncertain after half a second
+constexpr double kLargestCorrelation = 0.6;  // of rho
 // Attitude filters.
-constexpr double kSign = 0.025;         // m/s^2, above which an acceleration has a sign
-constexpr double kFilterMemory = 30.0;  // s
-constexpr double kBetter = 0.05;        // misfit by which a filter is better than none
+constexpr double kSignThreshold = 0.025;    // a smaller acceleration has no sign [m/s^2]
+constexpr double kFilterMemory = 30.0;      // [s]
+constexpr double kLeastImprovement = 0.05;  // decrease of the misfit from which a filter is assumed
 
 }  // namespace
 
 /// The kind of attitude filter that explains the accelerations better than no filter, if any.
 std::optional<std::size_t> TractionBelief::filter() const {
   const std::size_t better = filters_[0].misfit < filters_[1].misfit ? 0 : 1;
-  return filters_[better].misfit + kBetter < misfit_ ? std::optional(better) : std::nullopt;
+  return filters_[better].misfit + kLeastImprovement < misfit_ ? std::optional(better) : std::nullopt;
 }
 
 /// w, or its integral, from the value per g of each kind.
 double TractionBelief::hidden(const std::array<double, 2>& by_gain) const {
-  const auto there = filter();
-  return there ? filters_[*there].gain() * by_gain[*there] : 0.0;
+  const auto kind = filter();
+  return kind ? filters_[*kind].gain() * by_gain[*kind] : 0.0;
 }
 
 TractionBelief::Change TractionBelief::sinceThen(const Past& then) const {
@@ -115,45 +114,46 @@ void TractionBelief::learnVibration(Mean mean, double variance) {
   const auto learn = [&](double& vibration, std::size_t lag) {
     const double last = acceleration - before(lag), earlier = before(lag) - before(2 * lag);
     const double smaller = 0.5 * std::min(last * last, earlier * earlier) / kSmallerOfTwo;
-    vibration += share * (std::min(smaller, kSurprise * std::max(vibration, variance)) - vibration);
+    vibration += share * (std::min(smaller, kLargestVarianceRatio * std::max(vibration, variance)) - vibration);
   };
   learn(quick_, 1);
   learn(slow_, 3);
   // Noise with the correlation rho of successive values has (1 + rho)/(1 - rho) times the variance of its mean.
-  const double rho = std::clamp(1.0 - quick_ / slow_, 0.0, kMostColoured);
-  vibration_rate_ = mean.time * kMargin * slow_ * (1.0 + rho) / (1.0 - rho);
+  const double rho = std::clamp(1.0 - quick_ / slow_, 0.0, kLargestCorrelation);
+  vibration_rate_ = mean.time * kVibrationMargin * slow_ * (1.0 + rho) / (1.0 - rho);
 }
 
 /// D of wheels that may have changed since they were measured last [m/s].
-double TractionBelief::unseenChange() const { return std::max(0.0, hold_ - kLate) * kFastest; }
+double TractionBelief::unseenChange() const { return std::max(0.0, hold_ - kWheelDelay) * kWheelAcceleration; }
 
 /// D by an offset that is not learned yet [m/s].
 double TractionBelief::unknownOffset(double time) const { return offset_known_ ? 0.0 : kUnknownOffset * time; }
 
 double TractionBelief::bound(const Change& change) const {
-  return kBound * std::sqrt(factor_ * change.variance) + kLate * std::min(fastest_, kFastest) + unseenChange() +
-         unknownOffset(change.time) + kScale * std::abs(change.wheels) + kCentre * change.turning;
+  return kNoiseBound * std::sqrt(factor_ * change.variance) + kWheelDelay * std::min(fastest_, kWheelAcceleration) +
+         unseenChange() + unknownOffset(change.time) + kScaleError * std::abs(change.wheels) +
+         kCentreDistance * change.turning;
 }
 
 bool TractionBelief::surprises(const Change& change) const {
   const double error = std::abs(change.error());
-  return error > kLeast && error > bound(change);
+  return error > kLeastError && error > bound(change);
 }
 
 std::optional<TractionBelief::Change> TractionBelief::collision() const {
-  if (jolt_ <= kMost * kLeast) return std::nullopt;
+  if (jolt_ <= kDominant * kLeastError) return std::nullopt;
   const Change change = since(kCollision);
-  // The wheels may have been stopped with the body, which may have been thrown back.
+  // The collision may have stopped the wheels too, and thrown the body back.
   const double before = std::max(std::abs(now_.wheels), std::abs(now_.wheels - change.wheels));
-  const bool stopped = std::abs(now_.wheels - change.error()) < kStopped * before;
-  // Late sensors also cause an error, which ends with their delay. Most of a collision lies within its jolt, in which
-  // vibration does less than in the whole.
-  const double noise = kBound * std::sqrt(factor_ * change.variance * std::min(1.0, kJolt / change.time));
-  // Where the ground rocks a robot that turns, the centre of turning jumps from one side to the other.
-  const double turn = kCentre * std::sqrt(change.turning / change.time);
-  const double least = std::max({kLeast, noise, turn, unseenChange(), unknownOffset(change.time)}),
+  const bool stopped = std::abs(now_.wheels - change.error()) < kStoppedFraction * before;
+  // Late sensors also cause an error, which ends with their delay. Most of a collision lies within kJoltTime, where the
+  // integral of vibration is smaller than over the whole change.
+  const double noise = kNoiseBound * std::sqrt(factor_ * change.variance * std::min(1.0, kJoltTime / change.time));
+  // On ground that rocks a turning robot, the turning centre jumps from one side to the other.
+  const double turn = kCentreDistance * std::sqrt(change.turning / change.time);
+  const double least = std::max({kLeastError, noise, turn, unseenChange(), unknownOffset(change.time)}),
                error = std::abs(change.error());
-  const bool struck = error > least && jolt_ > std::max(noise, kMost * error);
+  const bool struck = error > least && jolt_ > std::max(noise, kDominant * error);
   return stopped && struck ? std::optional(change) : std::nullopt;
 }
 
@@ -161,13 +161,13 @@ std::optional<TractionBelief::Change> TractionBelief::againstRolling(const Chang
   if (listened_ < 0.5 * kWindow) return std::nullopt;
   if (const auto change = collision()) return change;
   const double by_wheels = window.error() < 0.0 ? -window.wheels : window.wheels;
-  if (by_wheels > kMost * std::abs(window.error()) && surprises(window) && !hiddenByFilter(window)) return window;
+  if (by_wheels > kDominant * std::abs(window.error()) && surprises(window) && !hiddenByFilter(window)) return window;
   return std::nullopt;
 }
 
 /// True if an attitude filter of a possible gain explains the window.
 bool TractionBelief::hiddenByFilter(const Change& window) const {
-  const double allowed = std::max(kLeast, bound(window));
+  const double allowed = std::max(kLeastError, bound(window));
   for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
     const double gain = filters_[kind].gain(), doubt = thresholds::kSure * std::sqrt(filters_[kind].variance());
     const double most = window.unfiltered - std::max(0.0, gain - doubt) * window.hidden[kind];
@@ -179,7 +179,7 @@ bool TractionBelief::hiddenByFilter(const Change& window) const {
 
 /// Learns from a window in which the wheels roll.
 void TractionBelief::learnFilters(const Change& window, double step) {
-  const double sigma = 0.5 * std::max(kLeast, bound(window)), kept = keptAfter(step, kFilterMemory);
+  const double sigma = 0.5 * std::max(kLeastError, bound(window)), kept = keptAfter(step, kFilterMemory);
   const double D = window.unfiltered / sigma;
   average(misfit_, D * D, step, kFilterMemory);
   for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
@@ -216,11 +216,11 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
   now_ = {now_.time + step, wheels, now_.body + step * a, now_.variance, now_.turning + turned, now_.hidden};
   for (std::size_t kind = 0; kind < filters_.size(); ++kind) {
     now_.hidden[kind] += step * filters_[kind].tilt;
-    filters_[kind].tilt += step * (kind == 0 ? a : std::clamp(a / kSign, -1.0, 1.0));
+    filters_[kind].tilt += step * (kind == 0 ? a : std::clamp(a / kSignThreshold, -1.0, 1.0));
   }
   latest_ = a + hidden({filters_[0].tilt, filters_[1].tilt});
   remember();
-  jolt_ = std::max(jolt_ * kCollision / (step + kCollision), std::abs(since(std::max(kJolt, 2.0 * step)).body));
+  jolt_ = std::max(jolt_ * kCollision / (step + kCollision), std::abs(since(std::max(kJoltTime, 2.0 * step)).body));
   switch (traction_) {
     case Traction::rolls:
       roll(step);
@@ -237,7 +237,7 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
 
 void TractionBelief::miss(double wheels, double step) {
   missed_ += step;
-  now_.variance += step * step * kMissed * kMissed;
+  now_.variance += step * step * kUnmeasuredAcceleration * kUnmeasuredAcceleration;
   if (missed_ > kLongestStep) reset(wheels);
 }
 
@@ -245,18 +245,18 @@ void TractionBelief::roll(double step) {
   speed_ = now_.wheels;
   const Change window = sinceOldest();
   if (const auto change = againstRolling(window)) return switchToSlide(now_.wheels - change->error(), *change);
-  if (std::abs(window.wheels) > kKept) learnFilters(window, step);
-  // In a turn the mean of a is that of an unknown centre.
-  const bool straight = kCentre * window.turning < kStraight * window.time;
-  const bool keeps = window.time > 0.5 * kWindow && std::abs(window.wheels) < kKept && straight;
+  if (std::abs(window.wheels) > kSteadyChange) learnFilters(window, step);
+  // In a turn the mean of a belongs to an unknown turning centre.
+  const bool straight = kCentreDistance * window.turning < kStraightAcceleration * window.time;
+  const bool keeps = window.time > 0.5 * kWindow && std::abs(window.wheels) < kSteadyChange && straight;
   if (!keeps) return;
-  // An attitude filter takes it for tilt.
+  // An attitude filter reports the offset as tilt.
   if (!filter()) learnOffset(window, step);
   for (AttitudeFilter& filter : filters_) filter.tilt *= keptAfter(step, kWindow);
-  // A body that slid behind a filter that may be there says nothing about noise.
-  if (std::abs(now_.wheels) < kTurns || surprises(window)) return;
+  // A slide hidden by a possible attitude filter is not noise.
+  if (std::abs(now_.wheels) < kTurningWheels || surprises(window)) return;
   const double squared = window.error() * window.error() / window.variance;
-  factor_ = std::clamp(factor_ + step / (step + kSensorMemory) * (squared - factor_), 1.0, kSurprise);
+  factor_ = std::clamp(factor_ + step / (step + kSensorMemory) * (squared - factor_), 1.0, kLargestVarianceRatio);
 }
 
 /// Learns b from a window of constant wheel speed.
@@ -267,13 +267,13 @@ void TractionBelief::learnOffset(const Change& window, double step) {
     return;
   }
   // The wheels may not show the latest motion of the body yet.
-  const Change untold = since(hold_ + kLate);
-  const double time = window.time - untold.time;
-  if (time < kQuiet) return;
+  const Change unseen = since(hold_ + kWheelDelay);
+  const double time = window.time - unseen.time;
+  if (time < kSteadyTime) return;
   offset_known_ = true;
-  const double mean = (window.body - untold.body) / time;
-  // So large a mean is a slope and no error of the accelerometer, so b is all of it.
-  if (std::abs(mean) < kSlope) return;
+  const double mean = (window.body - unseen.body) / time;
+  // A smaller mean is the accelerometer's error and is learned slowly; a slope is taken as a whole.
+  if (std::abs(mean) < kSlopeAcceleration) return;
   offset_ += mean;
   resetPast();
 }
@@ -281,7 +281,8 @@ void TractionBelief::learnOffset(const Change& window, double step) {
 /// Friction brings a sliding body nearer to its wheels, and an obstacle throws it back by a part of its speed. A larger
 /// gap is an error of the accelerometer.
 bool TractionBelief::possible(double gap) const {
-  return std::abs(gap) <= kThrownBack * std::abs(gap_at_first_) + wheels_away_ + kLeast + kBound * std::sqrt(variance_);
+  return std::abs(gap) <=
+         kReboundFraction * std::abs(gap_at_first_) + wheels_away_ + kLeastError + kNoiseBound * std::sqrt(variance_);
 }
 
 void TractionBelief::learnJumpOfOffset() {
@@ -300,52 +301,55 @@ void TractionBelief::slide(double gap_before, double acceleration, double step) 
   // While the robot accelerates, a collision may be detected before it is over.
   if (sliding_ <= kCollision && collision()) surprise_ = std::min(surprise_, kCollision);
   const bool collided = surprise_ <= kCollision + thresholds::kRounding;
-  // A body that bounces off something may seem to meet the wheels, which were stopped with it.
+  // A body that rebounds may pass the speed of the wheels, which the collision stopped too.
   const bool passed = gap_before * gap <= 0.0 || gap_at_first_ * gap <= 0.0;
-  const bool met = (passed || std::abs(gap) < kMet) && (!collided || sliding_ > kCollision);
-  const bool unknown = kCentre * (now_.turning - turning_before_) > std::max(kLeast, std::abs(gap));
+  const bool met = (passed || std::abs(gap) < kMetSpeed) && (!collided || sliding_ > kCollision);
+  const bool unknown = kCentreDistance * (now_.turning - turning_before_) > std::max(kLeastError, std::abs(gap));
   if (met || unknown) return switchToRoll();
   if (!possible(gap)) return learnJumpOfOffset();
-  const Change quiet = since(kQuiet);
-  const bool keeps = sliding_ > kQuiet && std::abs(quiet.body) < kKept + std::sqrt(quiet.variance);
+  const Change quiet = since(kSteadyTime);
+  const bool keeps = sliding_ > kSteadyTime && std::abs(quiet.body) < kSteadyChange + std::sqrt(quiet.variance);
   const bool late = sliding_ > kLongestSlide;
   if (!keeps && !late) return;
   const double wheels = std::abs(now_.wheels);
-  const double stopped = sliding_ > kDoubt ? 0.5 : kStopped;
-  // The present noise counts, because it may have grown just as the slide began; a collision adds noise.
-  const double noise = kBound * std::sqrt(factor_ * variance_rate_ * surprise_);
+  const double stopped = sliding_ > kDecisionTime ? 0.5 : kStoppedFraction;
+  // The present noise counts, because it may have grown when the slide began; a collision adds noise.
+  const double noise = kNoiseBound * std::sqrt(factor_ * variance_rate_ * surprise_);
   const bool sure = (collided || std::abs(gap) > noise) && !stillTurning();
-  if (sure && wheels > kTurns && std::abs(speed_) < stopped * wheels) return switchToStand();
-  if (late || (!sure && sliding_ > kWindow) || (std::abs(quiet.wheels) < kKept && std::abs(gap) < kStopped * wheels))
+  if (sure && wheels > kTurningWheels && std::abs(speed_) < stopped * wheels) return switchToStand();
+  if (late || (!sure && sliding_ > kWindow) ||
+      (std::abs(quiet.wheels) < kSteadyChange && std::abs(gap) < kStoppedFraction * wheels))
     switchToRoll();
 }
 
 /// A body that is held does not turn.
 bool TractionBelief::stillTurning() const {
-  const Change lately = since(kLately);
+  const Change lately = since(kRecentTime);
   return lately.turning > kHeldTurn * kHeldTurn * lately.time;
 }
 
 void TractionBelief::stand(double step) {
   const Change window = sinceOldest();
-  const bool unknown = kCentre * window.turning > std::max(kLeast, std::abs(now_.wheels));
-  if (unknown || stillTurning() || std::abs(now_.wheels) < kTurns) return switchToRoll();
-  // The obstacle may have given way: then the body comes to the speed of its wheels.
-  const Change lately = since(kLately);
+  const bool unknown = kCentreDistance * window.turning > std::max(kLeastError, std::abs(now_.wheels));
+  if (unknown || stillTurning() || std::abs(now_.wheels) < kTurningWheels) return switchToRoll();
+  // Once the obstacle gives way, the body reaches the speed of its wheels.
+  const Change lately = since(kRecentTime);
   if (comesToItsWheels(window) || comesToItsWheels(lately)) return switchToRoll();
   // Vibration may hide that the body moves.
-  hidden_ = leastToCome(lately) > (1.0 - kStopped) * std::abs(now_.wheels) ? hidden_ + step : 0.0;
+  hidden_ = leastToCome(lately) > (1.0 - kStoppedFraction) * std::abs(now_.wheels) ? hidden_ + step : 0.0;
   if (hidden_ > kLongestSlide) return switchToRoll();
-  if (std::abs(window.body) < std::max(kLeast, bound(window))) return;
+  if (std::abs(window.body) < std::max(kLeastError, bound(window))) return;
   const bool follows = std::abs(window.error()) < 0.5 * std::abs(window.wheels);
   follows ? switchToRoll() : switchToSlide(window.body, window);
 }
 
 /// Least change of speed of a body that comes to its wheels [m/s].
-double TractionBelief::leastToCome(const Change& change) const { return std::max(kLeast, kExpected * bound(change)); }
+double TractionBelief::leastToCome(const Change& change) const {
+  return std::max(kLeastError, kExpectedFraction * bound(change));
+}
 
 bool TractionBelief::comesToItsWheels(const Change& change) const {
-  const bool there = std::abs(change.body - now_.wheels) < kStopped * std::abs(now_.wheels);
+  const bool there = std::abs(change.body - now_.wheels) < kStoppedFraction * std::abs(now_.wheels);
   return there && std::abs(change.body) > leastToCome(change);
 }
 

@@ -7,8 +7,8 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kWashout = 0.3;    // s; T_w
-constexpr double kSlowest = 0.01;   // rad/s; of a command whose wheel turns
-constexpr double kRateTime = 0.02;  // s; over which an acceleration is averaged, about a sample
+constexpr double kSlowest = 0.01;   // rad/s; least command under which a wheel turns
+constexpr double kRateTime = 0.02;  // s; averaging time of an acceleration, about a sample
 
 }  // namespace
 

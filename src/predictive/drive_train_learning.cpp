@@ -15,38 +15,38 @@ namespace {
 
 constexpr std::size_t steps(double time) { return static_cast<std::size_t>(time / DriveTrainFit::kStep + 0.5); }
 
-constexpr double kChange = 0.3;                            // rad/s; of a command beyond which a wheel does not rest
-constexpr std::size_t kUnnoticed = steps(0.06);            // in which the commands change before it shows
-constexpr std::size_t kSettled = steps(0.6);               // after the dead time, until nothing is left of a change
-constexpr std::size_t kLongest = steps(2.0);               // of a change, which is learned from as far as it has come
-constexpr std::size_t kTransient = steps(1.0);             // of an unknown earlier motion, until the filter forgot it
-constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps; before a change, whose mean is the speed of before
+constexpr double kChange = 0.3;                            // rad/s; a larger command moves a wheel
+constexpr std::size_t kUnnoticedSteps = steps(0.06);       // start of a change of the commands, before it is detected
+constexpr std::size_t kSettled = steps(0.6);               // after the dead time, until the wheels have settled
+constexpr std::size_t kLongest = steps(2.0);               // of a change; a longer one is used as far as it has come
+constexpr std::size_t kTransient = steps(1.0);             // until the filter has forgotten an unknown earlier motion
+constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps before a change; their mean is the initial speed
 constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
 constexpr int kReviewed = 2;                               // measurements of a run in an inner step
 constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};     // additional starts of a review, of ln T
 constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};    // the same, of lambda
 constexpr int kMostRuns = 10;
-constexpr double kShorter = 0.3;           // of a step that led nowhere
-constexpr double kSmallStep = 0.05;        // standard deviations of theta; of a step that makes no difference
+constexpr double kStepReduction = 0.3;     // factor on a step that did not reduce F
+constexpr double kSmallStep = 0.05;        // standard deviations of theta; a smaller step ends the search
 constexpr double kMemory = 0.7;            // weight of a change of the commands / weight of the next
-constexpr double kExcess = 8.0;            // n_0
+constexpr double kSamplesPerValue = 8.0;   // n_0
 constexpr double kTurn = 0.3;              // share of a turn, above which a change does not count for the lag
-constexpr double kUnexplained = 0.01;      // of the squares of a motion; a model that leaves more did not make it
+constexpr double kUnexplained = 0.01;      // largest residual of a motion that the model explains, of its squares
 constexpr double kNoise = 4.0;             // variances of the encoders, which nothing explains
-constexpr double kLeastGainChange = 0.03;  // of gamma; a smaller one makes no difference
-constexpr double kLargestDoubt = 0.008;    // s; standard deviation of a dead time that is taken over
+constexpr double kLeastGainChange = 0.03;  // least relevant change of gamma
+constexpr double kLargestDoubt = 0.008;    // s; largest standard deviation of an adopted dead time
 constexpr double kShortestLag = 0.002;     // s; below it the speed does not depend on the lag
-constexpr double kPinned = 1e9;            // precision of a parameter at its bound
-constexpr double kTried = 2.0;             // tried acceleration / followed acceleration
-constexpr double kRamp = 0.1 / DriveTrainFit::kStep;  // steps; over which a followed acceleration is measured
-constexpr double kFollowed = 0.9;                     // lambda, below which the motors did not follow
-constexpr double kNearly = 0.4;  // difference of a ramp of the commands from that of the limit, relative
+constexpr double kBoundPrecision = 1e9;    // precision of a parameter at its bound
+constexpr double kTrialRatio = 2.0;        // tried acceleration / followed acceleration
+constexpr double kRamp = 0.1 / DriveTrainFit::kStep;  // steps over which a followed acceleration is measured
+constexpr double kFollowedShare = 0.9;                // least lambda of motors that follow
+constexpr double kRampTolerance = 0.4;  // relative difference between the commands' ramp and that of the limit
 // Range of theta.
 constexpr double kLeastShare = 0.3;
 constexpr double kLargestOffset = 1.0;  // rad/s
 // Standard deviations of delta and theta.
 constexpr double kDeadTimeDeviation = 0.08;  // s
-constexpr double kLogLagDeviation = 0.7;     // beyond it a parabola says nothing, too
+constexpr double kLogLagDeviation = 0.7;     // also the range in which the parabola of F is valid
 constexpr double kShareDeviation = 0.3;
 constexpr double kGainDeviation = 0.1;
 constexpr double kOffsetDeviation = 0.3;  // rad/s
@@ -114,7 +114,7 @@ void DriveTrainLearning::watch(const WheelVector& given) {
   settled_ = changes ? 0 : settled_ + 1;
   if (state_ == State::changing) return;
   const bool rested = state_ == State::settled;
-  first_ = rested ? std::max(known_, step_ - kUnnoticed) : step_;
+  first_ = rested ? std::max(known_, step_ - kUnnoticedSteps) : step_;
   counted_ = rested ? first_ : step_ + kTransient;
   state_ = State::changing;
 }
@@ -211,8 +211,8 @@ void DriveTrainLearning::judge() {
     other(kLimitShare) *= kOtherShares[runs_];
     return run(other);
   }
-  next_ =
-      better || runs_ == static_cast<int>(std::size(kOtherLags)) ? newtonStep() : DriveTrainVector(kShorter * next_);
+  next_ = better || runs_ == static_cast<int>(std::size(kOtherLags)) ? newtonStep()
+                                                                     : DriveTrainVector(kStepReduction * next_);
   const bool small = next_.cwiseAbs().cwiseQuotient(deviations()).maxCoeff() < kSmallStep;
   if (!small && runs_ < kMostRuns) return run(best_.theta + next_);
   learn();
@@ -235,7 +235,7 @@ double DriveTrainLearning::freeEnergy(const DriveTrainFit& fit) const {
   for (std::size_t i = 0; i < DriveTrainFit::kGrid; ++i) {
     const double variance = std::max(wheel_variance_, fit.sums()[i].squares / n);
     const double late = static_cast<double>(i) * kStep - timing_.dead_time;
-    least = std::min(least, 0.5 * (n / kExcess * std::log(variance) + memory_[i].around(change).squares +
+    least = std::min(least, 0.5 * (n / kSamplesPerValue * std::log(variance) + memory_[i].around(change).squares +
                                    square(late / kDeadTimeDeviation)));
   }
   return least + 0.5 * (fit.theta() - expected()).cwiseQuotient(deviations()).squaredNorm();
@@ -254,7 +254,7 @@ double DriveTrainLearning::leastSquares() const {
 }
 
 DriveTrainVector DriveTrainLearning::newtonStep() const {
-  const double variance = kExcess * std::max(wheel_variance_, leastSquares() / best_.samples);
+  const double variance = kSamplesPerValue * std::max(wheel_variance_, leastSquares() / best_.samples);
   const DriveTrainVector precision = deviations().cwiseAbs2().cwiseInverse(), far = expected() - best_.theta;
   DriveTrainVector step = DriveTrainVector::Zero();
   double least = HUGE_VAL;
@@ -270,7 +270,7 @@ DriveTrainVector DriveTrainLearning::newtonStep() const {
       curvature.diagonal() += pinned;
       change = curvature.ldlt().solve(slope);
       const DriveTrainVector outside = best_.theta + change - bounded(best_.theta + change);
-      for (int k = 0; k < kDriveTrainParameters; ++k) pinned(k) = outside(k) != 0.0 ? kPinned : pinned(k);
+      for (int k = 0; k < kDriveTrainParameters; ++k) pinned(k) = outside(k) != 0.0 ? kBoundPrecision : pinned(k);
     }
     const double late = static_cast<double>(i) * kStep - timing_.dead_time;
     const double free_energy = 0.5 * (sums.squares - change.dot(slope) + square(late / kDeadTimeDeviation));
@@ -286,7 +286,7 @@ void DriveTrainLearning::learn() {
   const double left = leastSquares(), variance = std::max(wheel_variance_, left / best_.samples);
   const bool explained = left <= std::max(kNoise * wheel_variance_ * best_.samples, kUnexplained * best_.motion);
   DriveTrainVector change = best_.theta - theta_;
-  // Of a change that is not explained the limit is as far as the next search got, at least.
+  // An unexplained change keeps only its limit, from which the next search starts.
   if (!explained) change(kLogLag) = change(kGainShare) = change(kOffset) = 0.0;
   if (change_.turns) change(kLogLag) = change(kGainShare) = 0.0;
   const bool same = std::abs(change(kLogLag)) < kLogLagDeviation;
@@ -296,7 +296,7 @@ void DriveTrainLearning::learn() {
   for (std::size_t i = 0; i < memory_.size(); ++i) {
     const DriveTrainSums& sums = best_.sums[i];
     memory_[i].add(
-        (change_.turns ? sums.marginalised(kLogLag).marginalised(kGainShare) : sums).over(kExcess * variance));
+        (change_.turns ? sums.marginalised(kLogLag).marginalised(kGainShare) : sums).over(kSamplesPerValue * variance));
   }
   learned_ = takenOver();
   for (DriveTrainSums& kept : memory_) kept = kept.over(1.0 / kMemory);
@@ -306,16 +306,15 @@ void DriveTrainLearning::learn() {
 /// True if the acceleration limit changed.
 bool DriveTrainLearning::learnLimit() {
   const double now = timing_.acceleration_limit, share = theta_(kLimitShare);
-  const bool followed = share >= kFollowed;
+  const bool followed = share >= kFollowedShare;
   if (!followed) largest_limit_ = std::max(least_limit_, share * now);
-  const double limit = followed ? std::min(kTried * best_.acceleration, largest_limit_) : largest_limit_;
+  const double limit = followed ? std::min(kTrialRatio * best_.acceleration, largest_limit_) : largest_limit_;
   if (limit == now || (followed && limit < now)) return false;
   setLimit(limit);
   return true;
 }
 
-/// A ramp that the wheels follow now they can follow: the limit need not wait for the end of the change. True if the
-/// limit changed.
+/// Raises the limit during a ramp that the wheels follow, before the end of the change. True if the limit changed.
 bool DriveTrainLearning::openLimit() {
   std::size_t i = sample_ - 1;
   const Sample& now = samples_[i % kSamples];
@@ -327,15 +326,15 @@ bool DriveTrainLearning::openLimit() {
       commands_[(step_ - 1) % kCommands] - commands_[static_cast<std::size_t>(before.time) % kCommands];
   const WheelVector followed = now.speed - before.speed;
   const double ramp = timing_.acceleration_limit / wheel_radius_ * steps * kStep;
-  // Both wheels have to follow, and an encoder that shows far more than was asked for says nothing.
+  // Both wheels have to follow. An encoder that shows far more than commanded is wrong and does not count.
   bool ramps = false;
   for (int side = 0; side < 2; ++side) {
-    if (std::abs(std::abs(asked(side)) / ramp - 1.0) > kNearly) continue;
+    if (std::abs(std::abs(asked(side)) / ramp - 1.0) > kRampTolerance) continue;
     const double share = followed(side) / std::copysign(ramp, asked(side));
-    if (share < kFollowed || share > kGainRange) return false;
+    if (share < kFollowedShare || share > kGainRange) return false;
     ramps = true;
   }
-  const double limit = std::min(kTried * timing_.acceleration_limit, largest_limit_);
+  const double limit = std::min(kTrialRatio * timing_.acceleration_limit, largest_limit_);
   if (!ramps || limit <= timing_.acceleration_limit) return false;
   setLimit(limit);
   return true;

@@ -11,7 +11,7 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kLoadLasts = 0.3;  // s after a turn, until motors have forgotten its load
+constexpr double kLoadLasts = 0.3;  // s for which the load of a turn acts on the motors afterwards
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
 }

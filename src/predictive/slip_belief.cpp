@@ -10,7 +10,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kCertainTurn = 5.0;  // least difference of the wheel speeds to learn from, standard deviations of it
-constexpr double kBodyComes = 2.0;    // deviations of the yaw's delay, in which the body comes after its wheels
+constexpr double kDelayDeviations = 2.0;  // deviations of the yaw's delay, by which the body may follow late
 
 }  // namespace
 
@@ -72,7 +72,7 @@ bool SlipBelief::turns(const WheelDifference& n, double step) {
 
 /// n(t) - n(t - T) of a first-order filter: T dn/dt while the wheels ramp, and fading as the body follows them.
 double SlipBelief::changeOf(const WheelDifference& n, double step) {
-  const double T = kBodyComes * learning_.yaw_delay_deviation;
+  const double T = kDelayDeviations * learning_.yaw_delay_deviation;
   changed_ = T > 0.0 ? (changed_ + step * n.rate) * std::exp(-step / T) : 0.0;
   return changed_;
 }

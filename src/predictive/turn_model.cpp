@@ -16,20 +16,21 @@ namespace {
 
 // Deviations of the prior.
 constexpr double kRangeDeviations = 2.5;   // of q_1 within its range
-constexpr double kLeastDeviation = 0.01;   // of q_1, relative to c: a range of one leaves it to the bound
+constexpr double kLeastDeviation = 0.01;   // least deviation of q_1, relative to c, for a range near 1
 constexpr double kMotionDeviation = 0.05;  // of q_2 and q_4, relative to c, per m/s
-constexpr double kVeerDeviation = 0.03;    // of q_3, relative to it: tyres differ by as much
+constexpr double kVeerDeviation = 0.03;    // of q_3: the usual relative difference of tyres
 constexpr double kGroundDeviation = 0.04;  // sigma_h
-constexpr double kGroundLasts = 0.5;       // T_h [s]
-constexpr double kLeastNoise = 0.01;       // its bounds: a smooth floor
-constexpr double kTurnNoise = 0.3;         // of a robot that has not turned yet
-constexpr double kLargestNoise = 0.5;      // and a robot that skids
+constexpr double kGroundTime = 0.5;        // T_h [s]
+constexpr double kLeastNoise = 0.01;       // least sigma_w, of a smooth floor
+constexpr double kTurnNoise = 0.3;         // initial sigma_w
+constexpr double kLargestNoise = 0.5;      // largest sigma_w, of a robot that skids
 constexpr double kLargestMotion = 0.5;     // of q_2 and q_4, relative to c, per m/s
-constexpr double kLargestVeer = 0.1;       // of q_3, relative to it: three times what tyres differ by as a rule
+constexpr double kLargestVeer = 0.1;       // of q_3: three times the usual difference of tyres
 constexpr double kNoiseEvidence = 2.0;     // N_0
 constexpr double kSample = 0.02;           // s
-constexpr double kSlack = 4.0 / 3.0;       // factor beyond the range, up to which a turn counts as one at its bound
-constexpr double kCertainVeer = 0.03;      // of the prior's deviation; a surer veer would be stiff
+constexpr double kSlack = 4.0 / 3.0;       // factor on the range: a turn within it counts as one at the bound
+constexpr double kCertainVeer =
+    0.03;  // least deviation of the veer / prior's deviation: a smaller one would adapt too slowly
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
@@ -83,7 +84,7 @@ double TurnModel::difference(double yaw_rate, double v) const {
 }
 
 void TurnModel::pass(double step) {
-  const double kept = keptAfter(step, kGroundLasts);
+  const double kept = keptAfter(step, kGroundTime);
   mean_(4) *= kept;
   covariance_.row(4) *= kept;
   covariance_.col(4) *= kept;
@@ -105,7 +106,7 @@ void TurnModel::learn(double error, double x, double v, double variance, double 
 void TurnModel::learnNoise(double error, const State& phi, double variance, double step) {
   // N <- N_0 + (N - N_0) T/(T + step) + w,   sigma_w^2 <- sigma_w^2 + w/N (max(0, unexplained) - sigma_w^2)
   const double known = variance + phi.dot(covariance_ * phi);
-  const double unexplained = (error * error - known) / square(phi(4)), w = std::min(1.0, step / kGroundLasts);
+  const double unexplained = (error * error - known) / square(phi(4)), w = std::min(1.0, step / kGroundTime);
   evidence_ = kNoiseEvidence + (evidence_ - kNoiseEvidence) * keptAfter(step, kTimeConstant) + w;
   noise_variance_ += w / evidence_ * (std::max(0.0, unexplained) - noise_variance_);
   noise_variance_ = std::clamp(noise_variance_, square(kLeastNoise), square(kLargestNoise));
@@ -115,7 +116,7 @@ void TurnModel::learnVeer(double error, double x, double v, double variance, dou
   if (std::abs(x) > thresholds::kSlow || std::abs(v) <= kTurn) return;
   if (covariance_(2, 2) * prior_(2, 2) < square(kCertainVeer)) return;
   // The ground causes as much veer as tyres do, for T_h: one independent measurement in twice that time.
-  const double of_ground = square(v) / prior_(2, 2) * 2.0 * kGroundLasts / step;
+  const double of_ground = square(v) / prior_(2, 2) * 2.0 * kGroundTime / step;
   correct(error, v * State::Unit(2), variance + of_ground);
 }
 

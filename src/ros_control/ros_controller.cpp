@@ -150,7 +150,9 @@ void RosController::serveChanges(ros::NodeHandle& controller) {
 
 void RosController::adoptLive(const LiveParameters& wanted) {
   if (!loop_->predictive() && wanted.wheel_separation_multiplier != parameters_.live.wheel_separation_multiplier) {
-    throw ParameterError("wheel_separation_multiplier: this structure takes another one when it is loaded again");
+    throw ParameterError(
+        "wheel_separation_multiplier: load the controller again to change it; only the predictive structure changes it "
+        "while it runs");
   }
   const std::lock_guard<std::mutex> lock(callbacks_);
   settings_.write(wanted);

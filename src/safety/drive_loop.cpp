@@ -13,8 +13,8 @@ namespace {
 /// act on.
 constexpr int kMostPeriods = 5;
 
-/// Shortest time without any set point after a start that counts as a pause [s]: a new subscriber needs a while to hear
-/// a publisher that sends already.
+/// Shortest time without any set point after a start that counts as a pause [s]: a new subscriber receives the messages
+/// of a running publisher only after a while.
 constexpr double kPause = 0.5;
 
 std::int64_t nanoseconds(double time) { return std::llround(1e9 * time); }
@@ -169,7 +169,7 @@ void DriveLoop::take(Arrival& source, double deadline, double stamp, double now)
   source.stamp = stamp;
   source.received = now;
   const bool both = std::min(wheels_.received, imu_.received) > measurement_.received;
-  if (both && go_on_since_ == kNever) go_on_since_ = now;
+  if (both && unpaired_since_ == kNever) unpaired_since_ = now;
 }
 
 bool DriveLoop::takeObservation(const Observation& observation, double now) {
@@ -199,7 +199,7 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
     return false;
   }
   measurement_ = {observation.stamp, now};
-  go_on_since_ = kNever;
+  unpaired_since_ = kNever;
   phase_.arrived(nanoseconds(now));
   observed_alone_ = !valid.all();
   if (verdict == SampleVerdict::incomplete) return false;  // received but not accepted; measurements_ has the reason
@@ -371,9 +371,11 @@ GateInputs DriveLoop::gateInputs(double now) {
   const bool missing = causes.hasAny({StopCause::set_point_missing});
   const bool stands = causes.hasAny({StopCause::set_point_late}) || set_point_.vector().isZero(0.0);
   // A missing set point may still be on its way until its publishers are connected.
-  unasked_for_ =
-      missing && robot_.graph_checked && robot_.set_points_connected ? unasked_for_ + controller_->actionStep() : 0.0;
-  inputs.set_point_at_rest = missing ? unasked_for_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
+  set_point_pause_ = missing && robot_.graph_checked && robot_.set_points_connected
+                         ? set_point_pause_ + controller_->actionStep()
+                         : 0.0;
+  inputs.set_point_at_rest =
+      missing ? set_point_pause_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
   // The motors cannot be predicted under another node's commands, or without ours.
   if (robot_.contended || robot_.no_subscriber) measurements_.reset();
   const bool has_to_stand = stands && gate_.command() == WheelCommand{};
@@ -440,7 +442,7 @@ InputAges DriveLoop::ages(double now) const {
   ages.wheels = age(wheels_, now);
   ages.imu = age(imu_, now);
   ages.measurement = age(measurement_, now);
-  ages.unpaired = std::max(0.0, std::min(wheels_.received, imu_.received) - go_on_since_);
+  ages.unpaired = std::max(0.0, std::min(wheels_.received, imu_.received) - unpaired_since_);
   ages.feedback = age(feedback_, now);
   return ages;
 }
@@ -479,8 +481,8 @@ void DriveLoop::reset(double now) {
   set_point_ = {};
   measured_ = kNotMeasured;
   set_point_arrival_ = wheels_ = imu_ = feedback_ = measurement_ = {};
-  unasked_for_ = 0.0;
-  go_on_since_ = kNever;
+  set_point_pause_ = 0.0;
+  unpaired_since_ = kNever;
   action_ = {};
 }
 

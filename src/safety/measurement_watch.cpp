@@ -82,7 +82,7 @@ StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool
   const bool lost = health.imu.lost() || health.wheels.lost();
   const bool stop = decision.action == LossAction::stop;
   const bool unclear = decision.loss == Loss::none && tooFewCount();
-  // A loss that is not tolerated already is a cause.
+  // A loss that the policy does not tolerate already has a cause.
   loss_ = lost && stop ? Loss::none : unclear ? Loss::unclear : decision.loss;
 
   const bool source_decides = wheelsRepeat() && wheels_repeating_ <= thresholds::kPatience + thresholds::kRounding;
@@ -132,11 +132,11 @@ ChannelValidity MeasurementWatch::remaining(const SensorHealth& health) const {
   }
   if (health.imu.lost()) valid.yaw_rate = valid.acceleration = false;
   if (health.wheels.lost()) valid.wheel_left = valid.wheel_right = false;
-  // A source that speaks without telling anything, sample after sample, is as good as lost.
-  const auto speaks = [](double excluded) { return excluded < thresholds::kGap - thresholds::kRounding; };
-  valid.yaw_rate = valid.yaw_rate && speaks(excluded_.yaw_rate);
-  valid.wheel_left = valid.wheel_left && speaks(excluded_.wheel_left);
-  valid.wheel_right = valid.wheel_right && speaks(excluded_.wheel_right);
+  // A channel whose samples are excluded for longer than kGap counts as lost.
+  const auto counts = [](double excluded) { return excluded < thresholds::kGap - thresholds::kRounding; };
+  valid.yaw_rate = valid.yaw_rate && counts(excluded_.yaw_rate);
+  valid.wheel_left = valid.wheel_left && counts(excluded_.wheel_left);
+  valid.wheel_right = valid.wheel_right && counts(excluded_.wheel_right);
   return valid;
 }
 

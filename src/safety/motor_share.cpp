@@ -28,7 +28,7 @@ double MotorShare::distance(double time, const WheelVector& tolerance) const {
     const Sent& sent = sent_[(head_ + sent_.size() - i) % sent_.size()];
     low = low.cwiseMin(sent.command);
     high = high.cwiseMax(sent.command);
-    if (time - sent.time > kMemory) break;  // one beyond it was in force at its start
+    if (time - sent.time > kMemory) break;  // it was in force at the start of kMemory
   }
   const WheelVector outside = (low - applied).cwiseMax(applied - high) - tolerance;
   return std::max(0.0, outside.maxCoeff());

@@ -6,8 +6,8 @@ namespace jackal_aic {
 namespace {
 
 /// Time between a measurement and the action that waits for it, as a part of the period: 0.3 ms of 20 ms, for the
-/// jitter that the recent measurements did not show. A move has to make the measurements younger by as much on average,
-/// so that the phase does not wander with measurements of another rate, for which all phases are equal.
+/// jitter that the recent measurements did not show. A change of the phase has to reduce the mean age by as much.
+/// Otherwise the phase would wander with measurements of another rate, for which all phases are equal.
 constexpr std::int64_t kMarginParts = 64;
 
 /// Measurements between which the drift is taken. Where rates differ, the phases repeat after 2 (20 Hz against 50), 4

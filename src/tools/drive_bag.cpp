@@ -68,7 +68,7 @@ class Source {
   std::vector<double> delays_;           // s
 };
 
-/// The first of the joints whose velocity a message lacks, or has not finite; empty if there is none.
+/// The first of the joints whose velocity is missing or not finite in a message; empty without one.
 std::string unusableJoint(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
   if (!mentionsAny(message, joints)) return joints.front();
   for (std::size_t i = 0; i < message.name.size(); ++i) {
@@ -78,9 +78,8 @@ std::string unusableJoint(const sensor_msgs::JointState& message, const std::vec
   return "";
 }
 
-// By one clock, no message arrives before its stamp: what is left to it are the steps of a simulation's clock. A
-// network's delay looks like a clock that is behind: a long one is remarked on, of one that no network has the stamps
-// are refused.
+// With one clock no message arrives before its stamp, except by a step of a simulation's clock. A network's delay looks
+// like a clock that is behind: a long delay is remarked on, and a delay beyond any network's is refused.
 constexpr double kEarliestArrival = -0.01, kRemarkedArrival = 0.05, kLatestArrival = 0.5;  // s behind the stamp
 
 std::string arrivalText(const std::string& topic, double delay) {

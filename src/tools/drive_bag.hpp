@@ -21,7 +21,7 @@ struct BagTopics {
   std::string imu = "/imu/data";            ///< sensor_msgs/Imu; may be absent
   std::string base_frame = "base_link";     ///< whose z axis points up
   std::string fixed_frames = "/tf_static";  ///< tf2_msgs/TFMessage; may be absent
-  std::string frames = "/tf";               ///< likewise, with fixed and moving frames
+  std::string frames = "/tf";               ///< tf2_msgs/TFMessage, with fixed and moving frames
   /// Orientation of the IMU in the base frame; without it that of the fixed frames counts. An IMU in the base frame
   /// needs neither; any other mounting has to be known.
   std::optional<Eigen::Quaterniond> imu_rotation;

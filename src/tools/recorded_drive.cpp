@@ -186,7 +186,7 @@ std::string RecordedDrive::playMessages(const NodeParameters& parameters, const 
     player.addFrames(*message);
   });
   for (const rosbag::MessageInstance& message : rosbag::View(bag_, rosbag::TopicQuery(names))) player.play(message);
-  std::string text = "Messages of the sensors; the action steps of the controller as they come\n";
+  std::string text = "Messages of the sensors; action steps at their due times\n";
   for (const auto& [why, count] : player.refusals()) text += fmt::format("{} refused: {}\n", count, why);
   return text;
 }

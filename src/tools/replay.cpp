@@ -166,7 +166,7 @@ class Comparison {
     if (compared_ == 0) return "No recorded state is of a time of the replay";
     if (different_ == 0) return fmt::format("Recorded states: {} compared, all identical", compared_);
     return fmt::format(
-        "Recorded states: {} compared, {} differ, the first at {:.3f} s; {} in what is done (driving, braking, ...)\n"
+        "Recorded states: {} compared, {} differ, the first at {:.3f} s; {} in the status (driving, braking, ...)\n"
         "Largest differences: commands {:.3g} rad/s, belief {:.3g} m/s and {:.3g} rad/s",
         compared_, different_, first_difference_, different_status_, std::max(largest_[0], largest_[1]), largest_[2],
         largest_[3]);
@@ -231,7 +231,7 @@ class Replay {
   void print(std::ostream& out) const {
     constexpr std::size_t kMostEvents = 20;
     if (gains_left_out_ > 0) {
-      out << fmt::format("{} changes of gains in it left out: those of --preset hold\n", gains_left_out_);
+      out << fmt::format("{} recorded changes of gains left out: the gains of --preset hold\n", gains_left_out_);
     }
     for (std::size_t i = 0; i < std::min(events_.size(), kMostEvents); ++i) out << events_[i] << "\n";
     if (events_.size() > kMostEvents) out << fmt::format("... {} more\n", events_.size() - kMostEvents);

@@ -46,7 +46,7 @@ class ActiveInferenceController : public VelocityController {
 
   void hold(const WheelCommand& applied) override;
 
-  /// Sets the belief to the present motion; else it would run on to the set point without the robot.
+  /// Sets the belief to the present motion. Otherwise it would move to the set point while the robot does not.
   void overrule(const WheelCommand& applied) override;
 
   /// Belief from the last measurement with derivatives zero, action zero.

@@ -124,13 +124,13 @@ class BeliefUpdate {
   /// Spectral radius of transition() with its uncertainty on top; the belief update converges if it is below 1.
   double spectralRadius() const { return spectralRadiusOf(transition_).upper(); }
 
-  /// h kappa_mu Pi_mu / tau^2 of order 0, the thesis' measure of how far Euler is driven.
+  /// h kappa_mu Pi_mu / tau^2 of order 0: Euler diverges beyond a bound of at most 2.
   double eulerNumber() const { return step_ * kappa_mu_ * model_.state_precision(0, 0) / (model_.tau * model_.tau); }
 
  private:
   using Stepper = void (*)(const double*, const double*, double*);
 
-  /// The step of so many orders: of each state by itself, or of all at once.
+  /// The step for the number of orders: each state separately, or all states at once.
   template <int... orders>
   Stepper stepper(bool linked, std::integer_sequence<int, orders...>) const {
     constexpr Stepper kEach[] = {stepBlocks<kStates, orders + 1>...};

@@ -47,7 +47,7 @@ class DifferentialDrive : public VelocityController {
 
   bool setSetPoint(const SetPoint& set_point) override;
 
-  /// Notes that there are measurements.
+  /// Takes the stamp of a measurement; its values are not used.
   SampleVerdict observe(const Observation& observation) override;
 
   void updateBelief() override {}
@@ -60,7 +60,7 @@ class DifferentialDrive : public VelocityController {
   /// As hold().
   void overrule(const WheelCommand& applied) override;
 
-  /// From rest.
+  /// Continues from rest.
   void restart() override { overrule({}); }
 
   void reset() override;

@@ -29,8 +29,8 @@ Generalized shiftOrdersTransposed(const Generalized& x) {
 
 /// Generalisation of measurements by the recursion of eq. 3-22: y_k^(i) = (y_k^(i-1) - y_{k-1}^(i-1)) / h, with h from
 /// the stamps. A signal is taken as constant before its first sample, so that its derivatives start at zero. 1/h^i
-/// amplifies the noise of samples that are close together: they change y alone, and the derivatives are those between
-/// samples that lie at least the shortest gap apart.
+/// amplifies the noise of samples that are close together. Such samples change y only; derivatives use samples at least
+/// the shortest gap apart.
 template <int sensors>
 class Generalization {
  public:

@@ -36,7 +36,7 @@ inline constexpr int kMostLost = 5;
 struct JitterMargins {
   double delay = 0.0;      ///< d if no sample is lost, in steps of 5 ms [s]; kLongestJitter if none grows
   int lost = 0;            ///< k without extra delay; kMostLost if none grows
-  bool any_phase = false;  ///< no sequence of phases alone grows; else the others are 0
+  bool any_phase = false;  ///< true if phases alone make no sequence grow; if false, delay and lost are 0
 };
 
 /// Margins of a loop: takes seconds. @throws ParameterError as jitteredMap().

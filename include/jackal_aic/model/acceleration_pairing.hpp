@@ -3,8 +3,8 @@
 /// @file
 /// Resamples the accelerations of an IMU with its own clock to the samples of another sensor.
 ///
-/// Between two samples of the other sensor, h apart, any number of IMU samples a_i arrive, each for the time since the
-/// last one, D in total; over a network none or four. The integral of the resampled acceleration over h has to be the
+/// Between two samples of the other sensor, h apart, any number of IMU samples a_i arrive; over a network none or four.
+/// Each covers the time since the last one, D in total. The integral of the resampled acceleration over h has to be the
 /// change of velocity that the IMU measured, or a collision counts half or twice:
 ///
 ///     a h = mean(a_i) D + b (h - D)

@@ -40,8 +40,8 @@ class DeadZone {
     return std::copysign(std::max(0.0, std::abs(command) - width_), command);
   }
 
-  /// Command u [rad/s] with this effective one [rad/s]; below a speed of kSmooth a smaller command, under which the
-  /// wheel stands. Odd, continuous and increasing; zero of zero.
+  /// Command u [rad/s] of an effective command [rad/s]. Below a speed of kSmooth the command is smaller, and the wheel
+  /// stands. Odd, continuous, increasing, and zero at zero.
   double command(double effective) const {
     if (width_ == 0.0) return effective;
     // u = v + sign(v) min(|v|/v_s, 1) offset/gain,  gain v_s = kSmooth
@@ -58,14 +58,14 @@ inline double limited(double value, double largest) { return std::min(largest, s
 
 /// Response of a drive train without velocity-loop integral to its target over a time.
 struct Pace {
-  double response;        ///< part of the difference gone, 1 - e^(-time/lag)
+  double response;        ///< part of the difference closed, 1 - e^(-time/lag)
   double largest_change;  ///< of the speed, by the acceleration limit [rad/s]
 
   /// Change of a speed towards a target [rad/s].
   double towards(double target, double speed) const { return limited(response * (target - speed), largest_change); }
 };
 
-/// Pace over a time [s]. @param lag [s], 0 follows at once; @param limit of dw/dt [rad/s^2].
+/// Response over a time [s]. @param lag [s], 0 follows at once; @param limit of dw/dt [rad/s^2].
 Pace paceOf(double lag, double limit, double time);
 
 /// Speed [rad/s] of a drive train without velocity-loop integral after any time [s] with one target: the exact

@@ -17,8 +17,8 @@ namespace jackal_aic {
 /// with an unknown vertical axis is always valid. Does not allocate.
 class ImuAtRest {
  public:
-  static constexpr double kGravityTime = 0.1;        ///< shortest mean for gravity [s]
-  static constexpr double kLargestBias = 0.05;       ///< of the gyro; a larger yaw rate at rest is no bias [rad/s]
+  static constexpr double kGravityTime = 0.1;   ///< shortest mean for gravity [s]
+  static constexpr double kLargestBias = 0.05;  ///< largest bias of the gyro; a larger yaw rate is a motion [rad/s]
   static constexpr double kGravityTolerance = 0.15;  ///< relative
   static constexpr double kLeastVertical = 0.7;      ///< part of gravity along the vertical axis
 

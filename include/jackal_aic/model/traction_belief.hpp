@@ -16,13 +16,13 @@
 ///     stands   x_dot = 0 although the wheels turn: an obstacle holds it
 ///
 /// Over a window of W the wheels changed their speed by Delta v_w and the body by Delta v, the integral of a. Rolling
-/// ends when the prediction error D = Delta v_w - Delta v exceeds noise, vibration and late sensors, and has one of two
-/// causes. The wheels: Delta v_w has its sign, and the body did not move against it. Or a collision: within W_c, and it
-/// stops the body. A slope, which looks like an acceleration without attitude, has neither. Sliding tyres accelerate
-/// the body, unless an obstacle holds it. So a body that neither accelerates nor brakes rolls or stands, whichever is
-/// nearer to the integral; a turning body does not stand.
+/// ends when the prediction error D = Delta v_w - Delta v exceeds noise, vibration and the error of late sensors, and
+/// has one of two causes. The wheels cause it if Delta v_w has the sign of D and the body did not move against it. A
+/// collision causes it within W_c and stops the body. A slope, which looks like an acceleration without attitude, has
+/// neither cause. Sliding tyres accelerate the body, unless an obstacle holds it. So a body that neither accelerates
+/// nor brakes rolls or stands, whichever is nearer to the integral; a turning body does not stand.
 ///
-/// A larger gap to the wheels than by friction or a collision is not a slide: b has jumped, and is estimated again.
+/// A gap to the wheels that neither friction nor a collision explains shows that b has jumped; b is estimated again.
 ///
 /// An attitude filter that takes accelerations for tilt hides them, a_x = dx_dot/dt - w: its error of gravity, w,
 /// follows the remaining acceleration,
@@ -34,7 +34,7 @@
 /// The better kind is used if it explains D better than no filter; rolling ends only if no g of either kind within
 /// three standard deviations explains D.
 ///
-/// Only the belief about the speed uses it; wheels and commands do not.
+/// Only the belief about the speed uses this; the beliefs about the wheels and the commands do not.
 
 #include <array>
 #include <cstddef>
@@ -58,7 +58,7 @@ class TractionBelief {
   /// @param turning_centre l, distance of the turning centre ahead of the IMU [m].
   explicit TractionBelief(double turning_centre) : turning_centre_(turning_centre) {}
 
-  /// Advances by a step [s]: between two measurements a sliding body keeps the last acceleration, up to that of tyres.
+  /// Advances by a step [s]: between two measurements a sliding body keeps its last acceleration, at most 1 g.
   void predict(double step);
 
   /// Takes a forward acceleration free of gravity, the mean since the last one [m/s^2], of variance [(m/s^2)^2].
@@ -101,7 +101,7 @@ class TractionBelief {
   struct Change {
     double time, wheels, body, variance, turning;
     std::array<double, 2> hidden;
-    double unfiltered;                              // D if no filter is there
+    double unfiltered;                              // D without a filter
     double error() const { return wheels - body; }  // D
   };
 
@@ -111,13 +111,13 @@ class TractionBelief {
     double tilt = 0.0;         // w/g
     double information = 0.0;  // sum of (integral of w/g)^2/sigma^2
     double evidence = 0.0;     // sum of D (integral of w/g)/sigma^2
-    double misfit = 0.0;       // mean of (D left)^2/sigma^2
+    double misfit = 0.0;       // mean of the squared residual of D / sigma^2
 
     double variance() const { return 1.0 / (information + 1.0 / (gain_deviation * gain_deviation)); }  // of g
     double gain() const { return variance() * evidence; }                                              // g
   };
 
-  /// A mean of a that is being taken.
+  /// A mean of a in progress.
   struct Mean {
     double change = 0.0;  // integral of a [m/s]
     double time = 0.0;    // [s]
@@ -158,7 +158,7 @@ class TractionBelief {
   static constexpr double kMahony = 0.75;     // 1/s, standard deviation of g
   static constexpr double kMadgwick = 2.0;    // m/s^3; that of a gain of 0.1
   static constexpr double kNever = 1e9;       // s
-  static constexpr double kSpacing = 0.0199;  // s between two remembered
+  static constexpr double kSpacing = 0.0199;  // time between two remembered states [s]
   static constexpr std::size_t kRemembered = 64;
 
   double turning_centre_;
@@ -176,18 +176,18 @@ class TractionBelief {
   std::size_t newest_mean_ = 0;    // of them
   std::array<AttitudeFilter, 2> filters_{{{kMahony}, {kMadgwick}}};
   double misfit_ = 0.0;     // of a without a filter
-  double jolt_ = 0.0;       // fastest change of the body lately [m/s]
-  double fastest_ = 0.0;    // acceleration of the wheels lately, for sensors that are late [m/s^2]
+  double jolt_ = 0.0;       // largest recent change of the body within kJoltTime [m/s]
+  double fastest_ = 0.0;    // largest recent acceleration of the wheels, for late sensors [m/s^2]
   double missed_ = kNever;  // since the last acceleration [s]
-  double repeated_ = 0.0;   // variance by which the integral is unsure until then [(m/s)^2]
-  double listened_ = 0.0;   // to accelerations [s]
+  double repeated_ = 0.0;   // variance of the integral by repeated accelerations [(m/s)^2]
+  double listened_ = 0.0;   // duration of the accelerations so far [s]
   double measured_ = 0.0;   // the last acceleration, as it came [m/s^2]
   Past now_;
   std::array<Past, kRemembered> past_;
   std::size_t newest_ = 0, remembered_ = 0;
   Traction traction_ = Traction::rolls;
-  double surprise_ = 0.0;         // for how long rolling had been contradicted when it began to slide [s]
-  double sliding_ = 0.0;          // for how long [s]
+  double surprise_ = 0.0;         // length of the window that contradicted rolling [s]
+  double sliding_ = 0.0;          // duration of the slide [s]
   double gap_at_first_ = 0.0;     // x_dot - v_w when it began to slide [m/s]
   double wheels_away_ = 0.0;      // total variation of the wheel speed since then [m/s]
   double turning_before_ = 0.0;   // integral of theta_dot^2 when it began to slide

@@ -16,7 +16,7 @@ class TurnAgreement {
  public:
   /// Compares a measured yaw rate with that of the wheels [rad/s]. @param step since the last one [s].
   void update(double yaw_rate, double asked, double step) {
-    if (std::abs(asked) < kTells) return;
+    if (std::abs(asked) < kLeastTurn) return;
     const double kept = keptAfter(step, thresholds::kNoiseMemory);
     product_ = kept * product_ + yaw_rate * asked * step;
     square_ = kept * square_ + asked * asked * step;
@@ -27,9 +27,9 @@ class TurnAgreement {
   double turned() const { return turned_; }                                  ///< time of turning so far [s]
 
  private:
-  static constexpr double kTells = 0.2;  // least turn that tells the sign [rad/s]
-  double product_ = 0.0;                 // sum of y a step [rad^2/s]
-  double square_ = 0.0;                  // sum of a^2 step [rad^2/s]
+  static constexpr double kLeastTurn = 0.2;  // least turn of a known sign [rad/s]
+  double product_ = 0.0;                     // sum of y a step [rad^2/s]
+  double square_ = 0.0;                      // sum of a^2 step [rad^2/s]
   double turned_ = 0.0;
 };
 

@@ -11,17 +11,18 @@
 /// e is the timing error of the wheel against the model. An error sigma_t of the dead time makes it as large as the
 /// change of w in that time, which is the least deviation of e while the wheel accelerates. With a velocity loop softer
 /// than the model's it fades afterwards; more slowly in a turn, where the integral of such a loop has to carry the
-/// ground's torque. With T_e = 0 it is noise of the measurement, which ends with the acceleration; then a belief that
-/// arrives before the wheel takes the rest for a disturbance, and the action corrects it. The wheel's speed is w + e.
+/// ground's torque. With T_e = 0, e is noise of the measurement and ends with the acceleration. If the belief then
+/// arrives before the wheel, the remaining error counts as a disturbance, and the action corrects it. The wheel's speed
+/// is w + e.
 ///
 /// The part lambda_t of sigma_t that the motor needs is learned where e explains most of an innovation epsilon of
 /// variance S. It follows the natural gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, with forgetting. It
 /// soon shrinks for a motor like its model.
 ///
-/// After an acceleration beyond half the model's limit w is uncertain by up to the deviation of the limit times the
-/// change, if the wheel accelerates: a slower motor is not a disturbance. The motor's limit, a part lambda <= 1 of the
-/// model's, is learned from the measured change of speed while the model is at its limit. It follows the natural
-/// gradient of 1/2 (dy - lambda dw)^2 / (2 Sigma_y), with forgetting. sigma_l is the initial deviation of lambda.
+/// After an acceleration beyond half the model's limit, w is uncertain by up to the limit's deviation times the change
+/// of w. Otherwise a slower motor would count as a disturbance. The motor's limit, a part lambda <= 1 of the model's,
+/// is learned from the measured change of speed while the model is at its limit. It follows the natural gradient of 1/2
+/// (dy - lambda dw)^2 / (2 Sigma_y), with forgetting. sigma_l is the initial deviation of lambda.
 ///
 /// Between measurements the belief x = (w, z, d, e) moves with the model, and its covariance P grows by the process
 /// noise of w and d. A measurement changes it by the gradient of the free energy

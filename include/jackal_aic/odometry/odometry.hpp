@@ -26,7 +26,7 @@ class Odometry {
   /// With a separate belief. @param parameters its variances. @throws ParameterError as PredictiveController.
   Odometry(const PredictiveParameters& parameters, const GeometryParameters& geometry, const PlantModel& model);
 
-  /// Takes a measurement, unless the belief is that of a controller, which takes it on its own.
+  /// Takes a measurement for a separate belief. A controller gives its belief the measurement itself.
   void observe(const Observation& observation);
 
   /// Advances by a time. @param applied the command of the motors in it [rad/s]; @param duration [s]; if negative or
@@ -46,9 +46,9 @@ class Odometry {
   void resetMotion();
 
  private:
-  std::unique_ptr<PredictiveController> own_;  // if it has one
-  const PredictiveController* belief_;         // that it goes by
-  double left_over_ = 0.0;                     // of the steps of the own belief [s]
+  std::unique_ptr<PredictiveController> own_;  // the separate belief, if any
+  const PredictiveController* belief_;         // in use
+  double left_over_ = 0.0;                     // time that the separate belief has not stepped yet [s]
   PlanarMotion last_;
   DeadReckoning pose_;
 };

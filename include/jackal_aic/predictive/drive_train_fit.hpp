@@ -4,8 +4,8 @@
 /// Fit of a drive train to the motion of a wheel under its commands, for every dead time at once.
 ///
 /// A drive train of the model (drive_train.hpp) without dead time runs through the commands, uncorrected, from rest.
-/// Its speed a time delta ago is the speed of a wheel with that dead time now. With it run the sensitivities psi of its
-/// speed w to
+/// Its speed a time delta ago is the present speed of a wheel with the dead time delta. It also computes the
+/// sensitivities psi of its speed w to
 ///
 ///     theta = (ln T, lambda, gamma, o),
 ///

@@ -35,7 +35,7 @@ namespace jackal_aic {
 /// Uncertainty of the believed motion. Does not allocate.
 class MotionUncertainty {
  public:
-  static constexpr double kShortMemory = 0.1;        ///< of a burst of them [s]
+  static constexpr double kShortMemory = 0.1;        ///< averaging time of a burst of large innovations [s]
   static constexpr double kBurst = 1.2;              ///< chi
   static constexpr double kLeastFactor = 0.3;        ///< of phi
   static constexpr double kLargestFactor = 100.0;    ///< of phi

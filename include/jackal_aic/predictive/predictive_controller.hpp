@@ -105,9 +105,9 @@ class PredictiveController : public VelocityController {
   /// Belief about the turn of the body with the wheels.
   const SlipBelief& slipBelief() const { return slip_; }
 
-  /// Sets what was learned before: the turn within the range of the track, known dead time and lag up to
-  /// kLongestTiming. @throws ParameterError if a value is not finite, a dead time or lag negative, or another one not
-  /// positive.
+  /// Sets what was learned before: the turn within the range of the track, and known dead time and lag up to
+  /// kLongestTiming. @throws ParameterError if a value is not finite, a dead time or lag is negative, or another value
+  /// is not positive.
   void setLearned(const LearnedModel& learned);
 
   /// Stops (true) or resumes learning of effective track and drive train.

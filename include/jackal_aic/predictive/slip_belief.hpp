@@ -105,11 +105,11 @@ class SlipBelief {
   double radius_;
   SlipLearning learning_;
   TurnModel turn_;
-  TurnModel kept_, recent_;      // turn_ at least kTrustTime ago, and later ones
+  TurnModel kept_, recent_;      // turn_ at the last two ends of a kTrustTime; kept_ is the older
   double trusted_ = 0.0;         // time of turning since recent_ [s]
   TurnAgreement agreement_;      // of gyro and wheels
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
-  double changed_ = 0.0;         // n, since some time ago [rad/s]
+  double changed_ = 0.0;         // recent change of n [rad/s]
 };
 
 }  // namespace jackal_aic

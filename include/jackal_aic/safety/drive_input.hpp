@@ -34,7 +34,7 @@ struct RobotStatus {
   bool rivals = false;               ///< more than one node publishes set points, unexpectedly
   bool disabled = false;             ///< a person holds the controller at rest
   bool no_subscriber = false;        ///< a topic of the commands has no subscriber: they do not reach the motors
-  bool set_points_connected = true;  ///< publishers of set points are connected: without any it is a pause
+  bool set_points_connected = true;  ///< publishers of set points are connected, so no set point is a pause
 };
 
 /// DriveLoop::updateBelief().

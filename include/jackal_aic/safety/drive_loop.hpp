@@ -90,7 +90,7 @@ enum class SetPointVerdict {
   absurd       ///< refused: far beyond the limits, see isPlausible()
 };
 
-/// Stamp of a sample ahead of the clock [s] from which it is refused: every later sample would be too old.
+/// A sample stamped further ahead of the clock than this is refused [s]: every later sample would be too old.
 inline constexpr double kFurthestAhead = 0.1;
 
 /// Drives a robot. The caller passes the time [s] of any clock with every call. If time runs back, the loop resets the
@@ -235,15 +235,15 @@ class DriveLoop {
   double now_ = -kNever;  // of the last call [s]
   SetPoint set_point_;
   Arrival set_point_arrival_;
-  double unasked_for_ = 0.0;  // of action steps since the start, without any set point [s]
+  double set_point_pause_ = 0.0;  // time of action steps since the start without any set point [s]
   Arrival wheels_;
   Arrival imu_;
   BodyVector measured_ = kNotMeasured;
   Arrival feedback_;
-  Arrival measurement_;          // the last accepted by the controller
-  double go_on_since_ = kNever;  // since when both sources have sent without a measurement [s]
-  ChannelValidity counted_;      // of the last measurement
-  bool observed_alone_ = false;  // it was of one source, while the other was silent
+  Arrival measurement_;             // the last accepted by the controller
+  double unpaired_since_ = kNever;  // start of the time in which both sources send without a pair [s]
+  ChannelValidity counted_;         // of the last measurement
+  bool observed_alone_ = false;     // it was of one source, while the other was silent
   RobotStatus robot_;
   bool clock_jumped_ = false;     // the clock jumped back, and the robot has not come to rest since
   double last_action_ = -kNever;  // time of the last action step [s]

@@ -90,7 +90,7 @@ class MeasurementWatch {
   void resetLosses();
   bool starting(const SensorHealth& health, double now);
   void resetReturnedSources(const SensorHealth& health);
-  bool tooFewCount() const;   // although both sources speak
+  bool tooFewCount() const;   // although both sources send
   bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
   void excludeImpossible(Observation& observation, double step);
   ChannelValidity remaining(const SensorHealth& health) const;

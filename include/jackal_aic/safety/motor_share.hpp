@@ -80,7 +80,7 @@ class MotorShare {
   bool any_drive_ = false;
   bool any_twist_ = false;
   bool ours_ = true;
-  double mark_ = 0.0;       // nearest to our commands since they left them [rad/s]
+  double mark_ = 0.0;       // least distance from our commands since the applied ones differ [rad/s]
   double mark_time_ = 0.0;  // when that was [s]
 };
 

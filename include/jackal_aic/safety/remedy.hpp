@@ -9,13 +9,13 @@
 
 namespace jackal_aic {
 
-/// Empty for `none`, and for a cause whose text includes it.
+/// Remedy of a stop; empty for `none`, and for a cause whose text includes the remedy.
 const char* remedy(StopCause cause);
 
-/// Empty for `none`.
+/// Remedy of a fault; empty for `none`.
 const char* remedy(Fault fault);
 
-/// Empty for `none`.
+/// Remedy of a loss; empty for `none`.
 const char* remedy(Loss loss);
 
 }  // namespace jackal_aic

@@ -14,10 +14,10 @@
 namespace jackal_aic {
 namespace {
 
-/// Wall time between looks, and until everything is checked [s].
+/// Wall time between checks, later and until everything is checked [s].
 constexpr double kPeriod = 0.5, kFirstPeriod = 0.1;
 
-/// Wall time in which a connected publisher is heard [s]: roscpp counts a connection before the publisher answers it.
+/// Wall time until a connected publisher is received [s]: roscpp counts a connection before the publisher answers it.
 constexpr double kArrival = 0.5;
 
 bool ask(const char* question, const std::string& about, XmlRpc::XmlRpcValue& answer) {
@@ -27,7 +27,7 @@ bool ask(const char* question, const std::string& about, XmlRpc::XmlRpcValue& an
   return ros::master::execute(question, request, response, answer, false);
 }
 
-/// False if a node that the master lists has died: nothing answers at its address. One that hangs counts as alive.
+/// False if a node that the master lists has died: nothing answers at its address. A node that hangs counts as alive.
 bool alive(const std::string& node) {
   XmlRpc::XmlRpcValue uri;
   std::string host;
@@ -54,16 +54,16 @@ std::vector<std::string> publishers(XmlRpc::XmlRpcValue& topics, const std::stri
 }  // namespace
 
 void OtherPublishers::watch(ros::NodeHandle node, bool until_checked) {
-  look();  // without a publisher of an input there is no wait
+  check();  // without a publisher of an input there is no wait
   timer_ = node.createWallTimer(ros::WallDuration(kFirstPeriod), [this, until_checked](const ros::WallTimerEvent&) {
-    look();
+    check();
     const bool checked = emergency_stop_.connected && set_points_.connected;
     if (checked) timer_.setPeriod(ros::WallDuration(kPeriod));
     if (checked && until_checked) timer_.stop();
   });
 }
 
-void OtherPublishers::look() {
+void OtherPublishers::check() {
   XmlRpc::XmlRpcValue state;
   master_reachable_ = ask("getSystemState", "", state);
   if (!master_reachable_) return;

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// Other publishers in the ROS graph: of our commands, and of the inputs that are heard before the robot drives.
+/// Other publishers in the ROS graph: of our commands, and of the inputs that have to be connected before the robot
+/// drives.
 
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
@@ -21,14 +22,15 @@ namespace jackal_aic {
 class OtherPublishers {
  public:
   /// @param commands topics of our commands, resolved names; empty: any node may publish there; @param emergency_stop,
-  /// set_points inputs: before their publishers are connected, silence says nothing.
+  /// set_points inputs: before their publishers are connected, silence has no meaning.
   OtherPublishers(std::vector<std::string> commands, const ros::Subscriber& emergency_stop,
                   const SetPointSource& set_points)
       : commands_(std::move(commands)),
         emergency_stop_({emergency_stop}),
         set_points_({set_points.plain(), set_points.stamped()}) {}
 
-  /// Asks, and asks again and again in the thread of a node handle, which waits for the answers: not one that drives.
+  /// Asks now, and then periodically in the thread of a node handle. That thread waits for the answers, so it must not
+  /// drive.
   /// @param until_checked ends once checked() and setPointsConnected() hold, for an owner that needs nothing else.
   void watch(ros::NodeHandle node, bool until_checked = false);
 
@@ -53,11 +55,11 @@ class OtherPublishers {
   struct Input {
     explicit Input(std::vector<ros::Subscriber> s) : subscribers(std::move(s)) {}
     const std::vector<ros::Subscriber> subscribers;
-    ros::WallTime unconnected = ros::WallTime::now();  // last look at which one was not connected, or the start
+    ros::WallTime unconnected = ros::WallTime::now();  // last check at which one was not connected, or the start
     std::atomic<bool> connected{false};
   };
 
-  void look();
+  void check();
 
   const std::vector<std::string> commands_;
   Input emergency_stop_, set_points_;

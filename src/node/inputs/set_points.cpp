@@ -13,15 +13,15 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kRivalry = 0.5;     // s of wall time within which two nodes send "at the same time"
-constexpr double kSameClock = 1.0;   // s; more no network delays
-constexpr double kTellPeriod = 5.0;  // s
+constexpr double kRivalry = 0.5;        // s of wall time within which two nodes send "at the same time"
+constexpr double kSameClock = 1.0;      // s; a larger difference is another clock, not a delay
+constexpr double kWarningPeriod = 5.0;  // s
 
-// "Too old" alone would suggest the network, not the sender's clock.
+// Without this line "too old" would suggest the network, not the sender's clock.
 void warnOfAnotherClock(const std::string& topic, double stamp) {
   const double ahead = stamp - ros::Time::now().toSec();
   if (std::abs(ahead) < kSameClock) return;
-  ROS_WARN_THROTTLE(kTellPeriod, "Set points on %s are stamped %.0f s %s this node's clock: they count as too old",
+  ROS_WARN_THROTTLE(kWarningPeriod, "Set points on %s are stamped %.0f s %s this node's clock: they count as too old",
                     topic.c_str(), std::abs(ahead), ahead > 0.0 ? "ahead of" : "behind");
 }
 

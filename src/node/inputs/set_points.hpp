@@ -25,8 +25,8 @@ SetPoint setPoint(const geometry_msgs::Twist& message);
 SetPointInput setPointInput(const geometry_msgs::Twist& message);         ///< without a stamp
 SetPointInput setPointInput(const geometry_msgs::TwistStamped& message);  ///< a stamp of zero is unset
 
-/// Subscribes to both topics, and reports stamps by another clock and speeds to the side. All calls in the thread of
-/// the callbacks.
+/// Subscribes to both topics, and reports stamps of another clock and sideways speeds. All calls in the thread of the
+/// callbacks.
 class SetPointSource {
  public:
   using Take = std::function<void(const SetPointInput&)>;
@@ -63,7 +63,7 @@ class SetPointSource {
 
   Take take_;
   Sender sender_;  // of the last message
-  Sender other_;   // the last other one
+  Sender other_;   // the last one of another node
   ros::Subscriber plain_;
   ros::Subscriber stamped_;
 };

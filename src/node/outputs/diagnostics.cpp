@@ -221,10 +221,10 @@ void DiagnosticsOutput::publish(const std::string& no_subscriber) {
   no_subscriber_ = no_subscriber;
   report_.settle();
   bool changed = false;
-  looks_.consume_all([&](const Look& look) {
-    changed = report_.update(look.status, look.contender) || changed || !reported_ ||
-              look.missing.worst() != reported_->missing.worst();
-    reported_ = look;
+  snapshots_.consume_all([&](const Snapshot& snapshot) {
+    changed = report_.update(snapshot.status, snapshot.contender) || changed || !reported_ ||
+              snapshot.missing.worst() != reported_->missing.worst();
+    reported_ = snapshot;
   });
   announce();
   // Changes are reported at once, not with the next period.
@@ -233,11 +233,11 @@ void DiagnosticsOutput::publish(const std::string& no_subscriber) {
 
 void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const bool lasted = (ros::WallTime::now() - connected_).toSec() > kConnection;
-  const Look look = reported_.value_or(Look{});
-  report_.diagnose(status, look.missing, lasted ? no_subscriber_ : "");
-  status.add("Rejected measurements", look.rejected_measurements);
-  status.add("Master reachable", look.master_reachable ? "yes" : "no");
-  status.add("Free energy", look.free_energy);
+  const Snapshot snapshot = reported_.value_or(Snapshot{});
+  report_.diagnose(status, snapshot.missing, lasted ? no_subscriber_ : "");
+  status.add("Rejected measurements", snapshot.rejected_measurements);
+  status.add("Master reachable", snapshot.master_reachable ? "yes" : "no");
+  status.add("Free energy", snapshot.free_energy);
 }
 
 }  // namespace jackal_aic

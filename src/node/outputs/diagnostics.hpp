@@ -16,7 +16,7 @@
 
 namespace jackal_aic {
 
-/// Tells what has changed between two looks at the status.
+/// Logs what has changed between two updates of the status.
 class StatusReport {
  public:
   /// @param set_point_deadline age at which a set point stops the robot [s]; 0: never.
@@ -65,7 +65,7 @@ class StatusReport {
 class DiagnosticsOutput {
  public:
   /// What is reported.
-  struct Look {
+  struct Snapshot {
     DriveLoopStatus status;
     std::string contender;  ///< as in StatusReport::update()
     std::uint32_t rejected_measurements = 0;
@@ -78,9 +78,9 @@ class DiagnosticsOutput {
   /// @param set_point_deadline as StatusReport.
   DiagnosticsOutput(std::string controller, std::string set_point_topic, double set_point_deadline);
 
-  /// In the thread that drives: hands over what is to be reported. If the other thread is seconds late, a later look
-  /// has the newest.
-  void look(const Look& look) { looks_.push(look); }
+  /// In the thread that drives: hands over what is to be reported. While the other thread is seconds late, snapshots
+  /// are dropped; a later one has the changes.
+  void post(const Snapshot& snapshot) { snapshots_.push(snapshot); }
 
   /// In the other thread: logs changes, and publishes periodically and after changes.
   /// @param no_subscriber as in StatusReport::diagnose(); it is reported when it has lasted.
@@ -90,7 +90,7 @@ class DiagnosticsOutput {
   void announce();
   void fill(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  boost::lockfree::spsc_queue<Look, boost::lockfree::capacity<256>> looks_;
+  boost::lockfree::spsc_queue<Snapshot, boost::lockfree::capacity<256>> snapshots_;
 
   // Of the other thread.
   std::string controller_;
@@ -99,7 +99,7 @@ class DiagnosticsOutput {
   bool ready_logged_ = false;
   bool missing_logged_ = false;
   StatusReport report_;
-  std::optional<Look> reported_;
+  std::optional<Snapshot> reported_;
   std::string no_subscriber_;
   ros::WallTime connected_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
   diagnostic_updater::Updater updater_;

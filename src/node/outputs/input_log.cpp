@@ -10,7 +10,7 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kRecorderComes = 20.0;        // kept before the first recorder [s]
+constexpr double kKeptTime = 20.0;             // of inputs kept before the first recorder [s]
 constexpr double kInputRate = 800.0;           // twice 50 Hz of sensors, their pairs, feedback, commands and actions
 constexpr double kConfigurationPeriod = 10.0;  // s
 constexpr std::uint32_t kQueue = 100;          // messages: 2 s of a busy recorder
@@ -163,24 +163,24 @@ std::vector<DriveInput> inputsOf(const LoopInputs& message) {
 
 InputLog::InputLog(ros::NodeHandle& node, const NodeParameters& parameters, DriveLoop& loop)
     : configuration_(parameters), publisher_(node.advertise<LoopInputs>("jackal_AIC/inputs", kQueue)) {
-  kept_.reserve(static_cast<std::size_t>(kRecorderComes * kInputRate));
+  kept_.reserve(static_cast<std::size_t>(kKeptTime * kInputRate));
   loop.listen([this](const DriveInput& input) { keep(input); });
 }
 
 void InputLog::keep(const DriveInput& input) {
-  if (kept_.size() == kept_.capacity()) forget();
+  if (kept_.size() == kept_.capacity()) dropKept();
   kept_.push_back(input);
 }
 
 void InputLog::publish(const ros::Time& now) {
   const bool heard = publisher_.getNumSubscribers() > 0;
-  if (!heard && !listened_ && first_ == 0) return;
-  if (first_ > 0 && !listened_) {
+  if (!heard && !had_subscriber_ && first_ == 0) return;
+  if (first_ > 0 && !had_subscriber_) {
     ROS_WARN_ONCE(
         "Nothing recorded jackal_AIC/inputs in the first %.0f s: a later recording cannot be replayed bit by bit",
-        kRecorderComes);
+        kKeptTime);
   }
-  listened_ = listened_ || heard;
+  had_subscriber_ = had_subscriber_ || heard;
   if (heard) {
     LoopInputs message;
     message.header.stamp = now;
@@ -193,10 +193,10 @@ void InputLog::publish(const ros::Time& now) {
     for (const DriveInput& input : kept_) addInput(input, message);
     publisher_.publish(message);
   }
-  forget();
+  dropKept();
 }
 
-void InputLog::forget() {
+void InputLog::dropKept() {
   for (const DriveInput& input : kept_) {
     if (const auto* changed = std::get_if<GainsInput>(&input.what)) {
       std::visit([this](const auto& gains) { configuration_.controller = gains; }, changed->gains);

@@ -38,13 +38,13 @@ class InputLog {
  private:
   // Does not publish, and allocates for changed gains only.
   void keep(const DriveInput& input);
-  void forget();
+  void dropKept();
 
   NodeParameters configuration_;  // in force after the last input that was published
   std::vector<DriveInput> kept_;
-  std::uint64_t first_ = 0;  // number of the first kept one
-  bool listened_ = false;    // there has been a subscriber
-  ros::Time configured_;     // when the configuration was published last
+  std::uint64_t first_ = 0;      // number of the first kept one
+  bool had_subscriber_ = false;  // a recorder has subscribed
+  ros::Time configured_;         // when the configuration was published last
   ros::Publisher publisher_;
 };
 

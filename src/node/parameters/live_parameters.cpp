@@ -94,7 +94,7 @@ class PredictiveServer : public LiveParameterServer {
   }
 
  private:
-  /// A file that cannot be used is no reason to stand.
+  /// The robot drives although the file cannot be used.
   void read() {
     try {
       if (const auto kept = readLearnedFile(path_, configured_)) loop_.setLearned(*kept);
@@ -110,7 +110,7 @@ class PredictiveServer : public LiveParameterServer {
       writeLearnedFile(path_, loop_.learned(), configured_);
       return "";
     } catch (const ParameterError& error) {
-      ROS_WARN("%s: what is learned is not kept", error.what());
+      ROS_WARN("%s: the learned model is not saved", error.what());
       return error.what();
     }
   }
@@ -123,7 +123,7 @@ class PredictiveServer : public LiveParameterServer {
   }
 
   bool onSave(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-    const std::string failure = path_.empty() ? "slip.file is not set: what is learned is kept nowhere" : write();
+    const std::string failure = path_.empty() ? "slip.file is not set: there is no file to write" : write();
     response.success = failure.empty();
     response.message = failure.empty() ? path_ + ": " + describe(loop_.learned()) : failure;
     return true;
@@ -217,7 +217,7 @@ bool DriveServices::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Resp
   response.success = actions_.at_rest();
   if (response.success) actions_.reset();
   response.message =
-      response.success ? "restarted; what was learned of the robot stays" : "the robot is being driven: stop it first";
+      response.success ? "restarted; the learned model is kept" : "the robot is being driven: stop it first";
   ROS_INFO("Service reset: %s", response.message.c_str());
   return true;
 }

@@ -69,9 +69,8 @@ Config rangeOf(const Parameters& parameters, double Bounds::*side, const Config&
   return withSettings(config, ends);
 }
 
-/// Offers the parameters that a config names in a namespace, by default the private one in which the YAML has them. One
-/// that is out of its range (describeFields) is refused, not clamped: rqt_reconfigure shows the range, and keeps to it
-/// by itself.
+/// Offers the parameters of a config in a namespace, by default the private one in which the YAML has them. A value out
+/// of its range (describeFields) is refused, not clamped; rqt_reconfigure shows the range and keeps within it.
 template <class Parameters, class Config>
 class GainServer {
  public:
@@ -131,8 +130,8 @@ class GainServer {
 class LoopExchange {
  public:
   // From any thread except the driving one:
-  void adoptGains(const ControllerParameters& gains) { hand(thesis_gains_, gains); }      ///< that are certified
-  void adoptGains(const PredictiveParameters& gains) { hand(predictive_gains_, gains); }  ///< that are certified
+  void adoptGains(const ControllerParameters& gains) { hand(thesis_gains_, gains); }      ///< certified gains
+  void adoptGains(const PredictiveParameters& gains) { hand(predictive_gains_, gains); }  ///< certified gains
   void setLearned(const LearnedModel& learned);                ///< restored model, its values in range
   void freezeLearning(bool frozen) { hand(frozen_, frozen); }  ///< stops (true) or resumes learning
   LearnedModel learned() const;                                ///< recent learned model

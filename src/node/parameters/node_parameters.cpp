@@ -211,7 +211,7 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   NodeParameters parameters = readConfiguration(map);
   if (map.hasSection("plant")) {
     throw ParameterError(
-        "plant: parameters of a simulated robot; its controller needs a model of it, as identify writes: "
+        "plant: parameters of a simulated robot; the controller needs a plant model, as identify writes: "
         "plant_model:=FILE");
   }
   map.refuseUnknown();

@@ -9,7 +9,7 @@
 namespace jackal_aic {
 namespace {
 
-/// Wall time between looks at the clock [s].
+/// Wall time between checks of the clock [s].
 constexpr double kClockPeriod = 0.5;
 
 /// Wall time between log lines and writes of the learned file [s].
@@ -113,8 +113,8 @@ void ControllerNode::onFeedback(const ros::Time& stamp) {
   if (parameters_.output == OutputMode::gazebo && !refused_) {
     refused_ = true;
     ROS_FATAL(
-        "output = gazebo: for simulations only, and /feedback comes from a robot, whose wheels would keep the last "
-        "speed if this node dies; use output: twist");
+        "output = gazebo: for simulations only, but a robot publishes /feedback: use output: twist. Its wheels would "
+        "keep their last speed if this node died");
     StopRequest::request();
   }
   loop_.receiveFeedback(stamp.toSec(), currentTime());
@@ -200,11 +200,11 @@ void ControllerNode::resetSensors() {
 
 void ControllerNode::reportStatus() {
   StopCauses missing;
-  if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which looks at none
+  if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which uses none
     missing.add(StopCause::wheels_missing, std::isnan(loop_.measuredVelocity()(kForward)))
         .add(StopCause::imu_missing, std::isnan(loop_.measuredVelocity()(kYaw)));
   }
-  diagnostics_.look({loop_.status(), contender(), loop_.status().rejected_measurements + rejected_readings_,
+  diagnostics_.post({loop_.status(), contender(), loop_.status().rejected_measurements + rejected_readings_,
                      loop_.controller().freeEnergy(), others_.masterReachable(), missing});
 }
 

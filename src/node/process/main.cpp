@@ -9,15 +9,15 @@
 
 namespace {
 
-constexpr double kPatience = 0.5;  // s; beyond the longest brake
-constexpr double kLook = 0.5;      // s between looks for the robot's description
+constexpr double kPatience = 0.5;     // s; beyond the longest brake
+constexpr double kCheckPeriod = 0.5;  // s between checks for the robot's description
 
 /// Waits for the URDF, which the robot's bringup sets. Empty if the node ends meanwhile.
 std::string awaitRobotDescription(const ros::NodeHandle& node) {
   std::string urdf = jackal_aic::robotDescription(node);
   if (urdf.empty()) ROS_WARN("No robot_description yet: start the robot's bringup first. Waiting for it");
   while (urdf.empty() && ros::ok() && !jackal_aic::StopRequest::requested()) {
-    ros::WallDuration(kLook).sleep();
+    ros::WallDuration(kCheckPeriod).sleep();
     urdf = jackal_aic::robotDescription(node);
   }
   return urdf;

@@ -39,7 +39,7 @@ void onShutdownRequest(XmlRpc::XmlRpcValue& request, XmlRpc::XmlRpcValue& result
   result = ros::xmlrpc::responseInt(1, "", 0);
 }
 
-constexpr double kWait = 0.01;   // s between looks at the request while no callback is due
+constexpr double kWait = 0.01;   // s between checks of the request while no callback is due
 constexpr double kFlush = 0.15;  // s; roscpp writes to its connections in its own thread and has no flush
 
 }  // namespace
