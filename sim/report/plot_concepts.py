@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Figures of doc/concepts: certificate.png, drive_gate.png and fault_detection.png.
+"""Figures of doc/concepts: active_inference.png, certificate.png, drive_gate.png and fault_detection.png.
 
 Usage: plot_concepts.py DIRECTORY
 """
@@ -18,13 +18,34 @@ import jackal_aic  # noqa: E402
 # Okabe and Ito's palette: distinct for every kind of colour vision.
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION = '#000000', '#E69F00', '#56B4E9', '#009E73', '#0072B2', '#D55E00'
 
-WHEEL_RADIUS = 0.098  # m
+WHEEL_RADIUS, TRACK = 0.098, 0.5621  # m, of the controller
 
 
 def save(figure, path):
     figure.tight_layout()
     figure.savefig(path, dpi=100, metadata={'Software': None})
     plt.close(figure)
+
+
+def active_inference(path):
+    """Set point, belief, true motion and action of the thesis' improved controller on a robot whose wheels are slow."""
+    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0))
+    cases = (('0.2 m/s, wheels 0.5 rad/s slow', 'forward speed [m/s]', (0.5, 0.2, 0.0), lambda d: (
+                  0.5 * WHEEL_RADIUS * (d.command_left + d.command_right), d.speed, d.believed_speed, d.set_speed)),
+             ('0.5 rad/s, wheels 0.5 rad/s slow', 'yaw rate [rad/s]', (0.5, 0.0, 0.5), lambda d: (
+                  WHEEL_RADIUS * (d.command_right - d.command_left) / TRACK, d.yaw_rate, d.believed_yaw_rate, d.set_yaw_rate)))
+    styles = (('action', dict(color=ORANGE, linewidth=1.0)), ('true', dict(color=BLUE)), ('belief', dict(color=VERMILION, linewidth=2.5)),
+              ('set point', dict(color=BLACK, linewidth=0.8, linestyle='--')))
+    for axis, (title, label, set_point, series) in zip(axes, cases):
+        drive = jackal_aic.simulate('ground', 'improved', [set_point], duration=2.5, overrides={'plant.wheel_offset': 0.5})
+        for values, (words, style) in zip(series(drive), styles):
+            axis.plot(drive.time, values, label=words, **style)
+        axis.set_title(title, fontsize=10)
+        axis.set_xlabel('time [s]')
+        axis.set_ylabel(label)
+        axis.grid(alpha=0.3)
+    axes[0].legend(loc='lower right', fontsize=8)
+    save(figure, path)
 
 
 def certificate(path):
@@ -95,6 +116,7 @@ def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     directory = pathlib.Path(sys.argv[1])
+    active_inference(directory / 'active_inference.png')
     certificate(directory / 'certificate.png')
     drive_gate(directory / 'drive_gate.png')
     fault_detection(directory / 'fault_detection.png')
