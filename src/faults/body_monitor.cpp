@@ -71,7 +71,8 @@ BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_tra
       gyro_offset_(square(kOffsetScale), parameters.largest_bias),
       slip_offset_(square(kOtherSlip / effective_track)),
       pull_offset_(square(kPull / effective_track)),
-      jolts_(kJolts) {
+      jolts_(kJolts),
+      sign_(-std::log(kMounted)) {
   restart();
   for (const Hypothesis h : {kGyroReversed, kUpsideDown}) alpha_[h] = kMounted;
   alpha_[kHealthy] = 1.0 - 2.0 * kMounted;
@@ -251,10 +252,17 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   GyroEvidence g;
   if (judged) {
     g = weighGyro(y.yaw_rate, wheels, step);
+    if (turning_) sign_ = std::clamp(sign_ + g.healthy - g.reversed, -kMostOdds, kMostOdds);
     if (gyro_) {
+      if (gyro_.fault == kGyroOffset && turning_) {
+        against_ = std::clamp(against_ + g.reversed - g.offset, -kMostOdds, kMostOdds);
+        if (against_ > kSureOdds) gyro_ = {kGyroReversed, -kMostOdds, 0.0};
+      }
       const bool reversed = gyro_.fault == kGyroReversed || gyro_.fault == kUpsideDown;
       const bool frozen = gyro_.fault == kGyroFrozen && gyro_repetition_.repeats(y.yaw_rate);  // until it changes
       const double faulty = gyro_.fault == kGyroFrozen ? g.frozen : reversed ? g.reversed : g.offset;
+      // On a straight line it agrees with either sign, so it counts again only with a known one.
+      if (sign_ < kSureOdds) gyro_.good = 0.0;
       if (!reversed || turning_) gyro_.weigh(frozen ? kImpossible : g.healthy, faulty, step, parameters_.recovery_time);
       gyro_offset_.update(gyro_error_, gyro_variance_, 0.0);
       g = GyroEvidence{};
@@ -421,6 +429,7 @@ void BodyMonitor::exclude(Hypothesis verdict) {
   const Excluded excluded{verdict, -kMostOdds, 0.0};
   const bool of_gyro = verdict <= kGyroReversed;
   if (of_gyro || verdict == kUpsideDown) gyro_ = excluded;
+  if (verdict == kGyroOffset) against_ = -kMostOdds;
   if (!of_gyro) {
     accelerometer_ = excluded;
     forward_.widen();

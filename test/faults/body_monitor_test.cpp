@@ -69,6 +69,20 @@ ChannelState afterLosing(double part, double change) {
   return body.monitor.gyro();
 }
 
+TEST(BodyMonitor, AGyroOfAnUnknownSignDoesNotReturnOnAStraightLine) {
+  for (const double sign : {1.0, -1.0}) {
+    Body body;
+    for (int k = 0; k < 100; ++k) body.sample(0.0, 0.5, 0.0);
+    for (int k = 0; k <= 10; ++k) body.sample(0.015 * k * kTrack, 0.5, 0.015 * k);
+    for (int k = 0; k < 50; ++k) body.sample(0.15 * kTrack, 0.5, 0.15 + 0.5 * sign);
+    ASSERT_EQ(body.monitor.gyroFault(), kGyroOffset) << sign;
+    for (int k = 0; k < 200; ++k) body.sample(0.0, 0.5, 0.0);
+    EXPECT_EQ(body.monitor.gyroFault() == kHealthy, sign > 0.0) << "both signs read zero";
+    for (int k = 0; k < 100; ++k) body.sample(kTurn, 0.5, kAsked);
+    EXPECT_EQ(body.monitor.gyroFault(), kHealthy) << "it reads the turn " << sign;
+  }
+}
+
 TEST(BodyMonitor, DoubtHasANameBeforeTheVerdictAndUntilTheReturn) {
   Body body;
   body.turn(kTurn, 1.0, 0.0, 200);

@@ -140,7 +140,9 @@ class BodyMonitor {
   AccelerationAxis forward_, vertical_;
   Offset gyro_offset_, slip_offset_, pull_offset_;
   Repetition gyro_repetition_;
-  double jolts_;  // usual share of samples in which the accelerometer is jolted
+  double jolts_;          // usual share of samples in which the accelerometer is jolted
+  double sign_;           // ln of the odds that the gyro reads a turn with the right sign
+  double against_ = 0.0;  // ln of the odds that a gyro with an offset reads it with the wrong one instead
   Densities alpha_{}, fresh_{};
   Excluded gyro_, accelerometer_;
   Hypothesis said_ = kHealthy;
