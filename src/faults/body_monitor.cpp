@@ -55,6 +55,7 @@ constexpr double kSteepest = 0.7;   // of gravity: 45 degrees
 constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, standard deviation [m]
 constexpr double kLate = 0.1;       // time within which an uncertain speed is an uncertain acceleration [s]
 constexpr double kShaken = 0.2;     // time for which a body goes on rocking, or somebody may only seem to let go [s]
+constexpr double kSwing = 0.3;      // time for which ground lets a body turn otherwise than its wheels [s]
 constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
 
 double half(double a, double b) { return logMixture(0.5, a, b); }
@@ -74,8 +75,8 @@ BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_tra
       jolts_(kJolts),
       sign_(-std::log(kMounted)) {
   restart();
-  for (const Hypothesis h : {kGyroReversed, kUpsideDown}) alpha_[h] = kMounted;
-  alpha_[kHealthy] = 1.0 - 2.0 * kMounted;
+  alpha_[kUpsideDown] = kMounted;
+  alpha_[kHealthy] -= kMounted;
 }
 
 void BodyMonitor::forget() {
@@ -88,6 +89,8 @@ void BodyMonitor::forget() {
 void BodyMonitor::restart() {
   forget();
   gyro_ = accelerometer_ = Excluded{};
+  alpha_[kGyroReversed] = 1.0 / (1.0 + std::exp(sign_));
+  alpha_[kHealthy] -= alpha_[kGyroReversed];
   since_jolt_ = kShaken;
   start();
 }
@@ -188,9 +191,13 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.moved_begins = logNormal(e, square(kOffsetScale) + S);
   g.offset = gyro_offset_.stays(e, S);
   g.offset_begins = gyro_offset_.begins(e, S);
-  // On a straight line a gyro of the wrong sign agrees with everybody.
-  g.reversed =
-      turning_ ? logStudent(square(-yaw_rate - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v)) : g.healthy;
+  // On a straight line a gyro of the wrong sign agrees with everybody; a body that does not turn shows no sign either.
+  g.reversed = g.healthy;
+  if (turning_) {
+    const double read = yaw_rate - yaw_.bias();
+    const double reversed = logStudent(square(-yaw_rate - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v));
+    g.reversed = read * x.mean < 0.0 && std::abs(read) > kDeadZone ? reversed : std::min(reversed, g.healthy);
+  }
   g.frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
   // No ground turns a body against its wheels, and a swing against them ends.
   const double asked = s * x.mean, part = std::min((yaw_rate - yaw_.bias()) / asked, 0.0);
@@ -252,7 +259,9 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   GyroEvidence g;
   if (judged) {
     g = weighGyro(y.yaw_rate, wheels, step);
-    if (turning_) sign_ = std::clamp(sign_ + g.healthy - g.reversed, -kMostOdds, kMostOdds);
+    // What the ground does to a turn lasts for kSwing, so that the samples of that time are one.
+    const double part = std::min(1.0, step / kSwing), most = -std::log(kLeastRate);
+    if (turning_) sign_ = std::clamp(sign_ + part * (g.healthy - g.reversed), -most, most);
     if (gyro_) {
       if (gyro_.fault == kGyroOffset && turning_) {
         against_ = std::clamp(against_ + g.reversed - g.offset, -kMostOdds, kMostOdds);

@@ -98,7 +98,7 @@ class BodyMonitor {
   /// Clears the motion that was predicted before the first sample.
   void start();
 
-  /// Starts again: faults are forgotten, what was learned of the sensors is not.
+  /// Starts again: faults are forgotten, what was learned of the sensors and of the gyro's sign is not.
   void restart();
 
  private:
