@@ -195,7 +195,10 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.reversed = g.healthy;
   if (turning_) {
     const double read = yaw_rate - yaw_.bias();
-    const double reversed = logStudent(square(-yaw_rate - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v));
+    // Mounted so from the start, or since a sample.
+    const double reversed =
+        std::max(logStudent(square(-yaw_rate - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v)),
+                 logStudent(square(-yaw_rate - yaw_.mean(x.mean, v)), S));
     g.reversed = read * x.mean < 0.0 && std::abs(read) > kDeadZone ? reversed : std::min(reversed, g.healthy);
   }
   g.frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
