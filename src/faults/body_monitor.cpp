@@ -55,7 +55,6 @@ constexpr double kSteepest = 0.7;   // of gravity: 45 degrees
 constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, standard deviation [m]
 constexpr double kLate = 0.1;       // time within which an uncertain speed is an uncertain acceleration [s]
 constexpr double kShaken = 0.2;     // time for which a body goes on rocking, or somebody may only seem to let go [s]
-constexpr double kSwing = 0.3;      // time for which ground lets a body turn otherwise than its wheels [s]
 constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
 
 double half(double a, double b) { return logMixture(0.5, a, b); }
@@ -89,7 +88,7 @@ void BodyMonitor::forget() {
 void BodyMonitor::restart() {
   forget();
   gyro_ = accelerometer_ = Excluded{};
-  alpha_[kGyroReversed] = 1.0 / (1.0 + std::exp(sign_));
+  alpha_[kGyroReversed] = probabilityOf(-sign_);
   alpha_[kHealthy] -= alpha_[kGyroReversed];
   since_jolt_ = kShaken;
   start();
@@ -133,8 +132,6 @@ const char* text(Hypothesis hypothesis) {
 std::string Suspicion::text() const {
   return fmt::format("{}{}, {:.2f}", hypothesis == kHealthy ? "" : "perhaps: ", faults::text(hypothesis), probability);
 }
-
-double BodyMonitor::Excluded::probability() const { return 1.0 / (1.0 + std::exp(odds)); }
 
 Suspicion BodyMonitor::mostLikely() const {
   for (const Excluded* sensor : {&gyro_, &accelerometer_}) {
@@ -254,6 +251,34 @@ BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observati
   return a;
 }
 
+/// What the ground does to a turn lasts, so that the samples of its memory are one.
+void BodyMonitor::weighSign(const GyroEvidence& g, double step) {
+  if (!turning_) return;
+  const double part = std::min(1.0, step / YawPrediction::kGroundMemory), most = -std::log(kLeastRate);
+  sign_ = std::clamp(sign_ + part * (g.healthy - g.reversed), -most, most);
+}
+
+void BodyMonitor::judgeExcludedGyro(double yaw_rate, const GyroEvidence& g, double step) {
+  if (gyro_.fault == kGyroOffset && turning_) {
+    against_ = std::clamp(against_ + g.reversed - g.offset, -kMostOdds, kMostOdds);
+    if (against_ > kSureOdds) gyro_ = {kGyroReversed, -kMostOdds, 0.0};
+  }
+  const bool reversed = gyro_.fault == kGyroReversed || gyro_.fault == kUpsideDown;
+  const bool frozen = gyro_.fault == kGyroFrozen && gyro_repetition_.repeats(yaw_rate);  // until it changes
+  const double faulty = gyro_.fault == kGyroFrozen ? g.frozen : reversed ? g.reversed : g.offset;
+  // On a straight line it agrees with either sign, so it counts again only with a known one.
+  if (sign_ < kSureOdds) gyro_.good = 0.0;
+  if (!reversed || turning_) gyro_.weigh(frozen ? kImpossible : g.healthy, faulty, step, parameters_.recovery_time);
+  gyro_offset_.update(gyro_error_, gyro_variance_, 0.0);
+}
+
+void BodyMonitor::judgeExcludedAccelerometer(const AccelerationEvidence& a, double step) {
+  const double faulty = accelerometer_.fault == kAccelerometerFrozen ? a.frozen
+                        : accelerometer_.fault == kUpsideDown        ? a.upside_down
+                                                                     : a.offset;
+  accelerometer_.weigh(a.healthy, faulty, step, parameters_.recovery_time);
+}
+
 void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double step) {
   const bool reads = y.valid.yaw_rate && step > 0.0, accelerates = y.valid.acceleration && step > 0.0;
   const bool judged = reads && (wheels.trusted || on_box_) && !wheels.pushed;
@@ -262,21 +287,9 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   GyroEvidence g;
   if (judged) {
     g = weighGyro(y.yaw_rate, wheels, step);
-    // What the ground does to a turn lasts for kSwing, so that the samples of that time are one.
-    const double part = std::min(1.0, step / kSwing), most = -std::log(kLeastRate);
-    if (turning_) sign_ = std::clamp(sign_ + part * (g.healthy - g.reversed), -most, most);
+    weighSign(g, step);
     if (gyro_) {
-      if (gyro_.fault == kGyroOffset && turning_) {
-        against_ = std::clamp(against_ + g.reversed - g.offset, -kMostOdds, kMostOdds);
-        if (against_ > kSureOdds) gyro_ = {kGyroReversed, -kMostOdds, 0.0};
-      }
-      const bool reversed = gyro_.fault == kGyroReversed || gyro_.fault == kUpsideDown;
-      const bool frozen = gyro_.fault == kGyroFrozen && gyro_repetition_.repeats(y.yaw_rate);  // until it changes
-      const double faulty = gyro_.fault == kGyroFrozen ? g.frozen : reversed ? g.reversed : g.offset;
-      // On a straight line it agrees with either sign, so it counts again only with a known one.
-      if (sign_ < kSureOdds) gyro_.good = 0.0;
-      if (!reversed || turning_) gyro_.weigh(frozen ? kImpossible : g.healthy, faulty, step, parameters_.recovery_time);
-      gyro_offset_.update(gyro_error_, gyro_variance_, 0.0);
+      judgeExcludedGyro(y.yaw_rate, g, step);
       g = GyroEvidence{};
     }
   }
@@ -293,10 +306,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
     average(jolts_, jolted, step, kJoltsMemory);
     jolts_ = std::clamp(jolts_, kJolts, kJoltsSliding);
     if (accelerometer_) {
-      const double faulty = accelerometer_.fault == kAccelerometerFrozen ? a.frozen
-                            : accelerometer_.fault == kUpsideDown        ? a.upside_down
-                                                                         : a.offset;
-      accelerometer_.weigh(a.healthy, faulty, step, parameters_.recovery_time);
+      judgeExcludedAccelerometer(a, step);
       a = AccelerationEvidence{};
     }
     if (wheels.pushed) a = AccelerationEvidence{};

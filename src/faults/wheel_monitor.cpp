@@ -343,7 +343,7 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
     repetition_.pass(measurement);
   } else {
     silence_ = repeats ? silence_ - repetition_.logChance(measurement, kKind) : 0.0;
-    const double healthy = 1.0 / (1.0 + std::exp(silence_ - kSilent));
+    const double healthy = faults::probabilityOf(kSilent - silence_);
     repetition_.update(measurement, explained, kKind, healthy);
   }
   const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;

@@ -109,7 +109,7 @@ class BodyMonitor {
     double good = 0.0;  // time for which they are [s]
 
     explicit operator bool() const { return fault != kHealthy; }
-    double probability() const;  // that it is faulty
+    double probability() const { return probabilityOf(-odds); }  // that it is faulty
     void weigh(double healthy, double faulty, double step, double recovery_time);
   };
   /// ln of the densities of the gyro's sample.
@@ -129,6 +129,9 @@ class BodyMonitor {
   }
   GyroEvidence weighGyro(double yaw_rate, const WheelMotion& wheels, double step);
   AccelerationEvidence weighAcceleration(const Observation& y, const WheelMotion& wheels, double step);
+  void weighSign(const GyroEvidence& g, double step);
+  void judgeExcludedGyro(double yaw_rate, const GyroEvidence& g, double step);
+  void judgeExcludedAccelerometer(const AccelerationEvidence& a, double step);
   void filter(const Densities& stays, const Densities& begins, bool to_stand, double step);
   void decide(double step);
   void exclude(Hypothesis verdict);

@@ -52,6 +52,9 @@ inline double logSum(double a, double b) {
   return a > b ? a + std::log1p(std::exp(b - a)) : b + std::log1p(std::exp(a - b));
 }
 
+/// Probability of ln odds.
+inline double probabilityOf(double odds) { return 1.0 / (1.0 + std::exp(-odds)); }
+
 /// ln((1 - p) e^a + p e^b).
 inline double logMixture(double share, double a, double b) {
   return logSum(std::log1p(-share) + a, std::log(share) + b);

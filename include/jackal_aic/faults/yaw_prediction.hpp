@@ -22,6 +22,8 @@ namespace jackal_aic::faults {
 /// Kalman filter of s, beta, c and e. Does not allocate.
 class YawPrediction {
  public:
+  static constexpr double kGroundMemory = 0.3;  ///< of e: samples within it are no separate evidence [s]
+
   /// @param effective_track b_hat at the start [m]; @param on_box the body does not follow its wheels.
   YawPrediction(const FaultParameters& parameters, double effective_track, bool on_box);
 
@@ -63,7 +65,6 @@ class YawPrediction {
   static constexpr double kUnlikeTyres = 0.01;  // of c, in multiples of s
   static constexpr double kMostUnlikeTyres = 0.03;
   static constexpr double kSlopeRange = 2.0;        // factor about the given s
-  static constexpr double kGroundMemory = 0.3;      // of e [s]
   static constexpr double kGroundDeviation = 0.01;  // of e, at least [rad/s]
   static constexpr double kGroundLearned = 10.0;    // time over which it is learned how large e is [s]
   static constexpr double kTiny = 1e-12;
