@@ -27,6 +27,15 @@ def save(figure, path):
     plt.close(figure)
 
 
+def plot(axis, title, time, lines):
+    """Lines (values, label, style) over time."""
+    for values, label, style in lines:
+        axis.plot(time, values, label=label, **style)
+    axis.set_title(title, fontsize=10)
+    axis.set_xlabel('time [s]')
+    axis.grid(alpha=0.3)
+
+
 def active_inference(path):
     """Set point, belief, true motion and action of the thesis' improved controller on a robot whose wheels are slow."""
     figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0))
@@ -38,12 +47,8 @@ def active_inference(path):
               ('set point', dict(color=BLACK, linewidth=0.8, linestyle='--')))
     for axis, (title, label, set_point, series) in zip(axes, cases):
         drive = jackal_aic.simulate('ground', 'improved', [set_point], duration=2.5, overrides={'plant.wheel_offset': 0.5})
-        for values, (words, style) in zip(series(drive), styles):
-            axis.plot(drive.time, values, label=words, **style)
-        axis.set_title(title, fontsize=10)
-        axis.set_xlabel('time [s]')
+        plot(axis, title, drive.time, [(values, *style) for values, style in zip(series(drive), styles)])
         axis.set_ylabel(label)
-        axis.grid(alpha=0.3)
     axes[0].legend(loc='lower right', fontsize=8)
     save(figure, path)
 
@@ -79,12 +84,9 @@ def drive_gate(path):
     figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0), sharey=True)
     for axis, (title, fault) in zip(axes, cases):
         drive = jackal_aic.simulate('ground', jackal_aic.Parameters('predictive', 'ground'), [(0.5, 1.0, 0.0)], duration=6.0, faults=fault)
-        axis.plot(drive.time, drive.set_speed, '--', color=BLACK, linewidth=0.8, label='set point')
-        axis.plot(drive.time, WHEEL_RADIUS * 0.5 * (drive.command_left + drive.command_right), color=VERMILION, label='command')
-        axis.plot(drive.time, drive.speed, color=BLUE, label='true speed')
-        axis.set_title(title, fontsize=10)
-        axis.set_xlabel('time [s]')
-        axis.grid(alpha=0.3)
+        command = WHEEL_RADIUS * 0.5 * (drive.command_left + drive.command_right)
+        plot(axis, title, drive.time, [(drive.set_speed, 'set point', dict(color=BLACK, linewidth=0.8, linestyle='--')),
+                                       (command, 'command', dict(color=VERMILION)), (drive.speed, 'true speed', dict(color=BLUE))])
     axes[0].set_ylabel('forward speed [m/s]')
     axes[0].legend(loc='lower left', fontsize=8)
     save(figure, path)
@@ -99,15 +101,12 @@ def fault_detection(path):
     figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0))
     for axis, (title, label, fault, set_points, series) in zip(axes, cases):
         drive = jackal_aic.simulate('ground', jackal_aic.Parameters('predictive', 'ground'), set_points, duration=6.0, faults=fault)
-        for values, colour, words in zip(series(drive), (VERMILION, BLACK, BLUE), ('measured', 'true', 'believed')):
-            axis.plot(drive.time, values, color=colour, linewidth=1.0, label=words)
+        plot(axis, title, drive.time, [(values, words, dict(color=colour, linewidth=1.0)) for values, words, colour in zip(
+            series(drive), ('measured', 'true', 'believed'), (VERMILION, BLACK, BLUE))])
         reports = [time for time, words, _ in drive.findings if words]
         ends = [time for time, words, _ in drive.findings if not words] + [drive.time[-1]]
         axis.axvspan(reports[0], ends[0], color=ORANGE, alpha=0.2, label='reported')
-        axis.set_title(title, fontsize=10)
-        axis.set_xlabel('time [s]')
         axis.set_ylabel(label)
-        axis.grid(alpha=0.3)
     axes[0].legend(loc='right', fontsize=8)
     save(figure, path)
 

@@ -67,6 +67,21 @@ class StatusReportTest : public testing::Test {
   StatusReport report{0.5};
 };
 
+TEST_F(StatusReportTest, TheMostLikelyHypothesisIsShownWithItsProbability) {
+  const auto shown = [this] {
+    for (const auto& pair : diagnosis().values) {
+      if (pair.key == "Hypothesis") return pair.value;
+    }
+    return std::string();
+  };
+  drive();
+  EXPECT_EQ(shown(), "") << "without fault detection";
+  status.suspicion = {faults::kGyroOffset, 0.6};
+  update();
+  EXPECT_EQ(shown(), "perhaps: gyro offset, 0.60");
+  EXPECT_EQ(diagnosis().message, "driving") << "doubt is no fault";
+}
+
 TEST_F(StatusReportTest, ARemarkOnTheWheelsIsToldWithItsNumber) {
   drive();
   ros::Time::init();  // the line is throttled

@@ -436,6 +436,8 @@ TEST(DriveLoop, DeadEncoderIsNamedAndTheRobotDrivesOn) {
     robot.drive(3.0);
     ASSERT_NE(robot.loop.faultReport(), nullptr);
     EXPECT_FALSE(robot.loop.faultReport()->faulty());
+    EXPECT_EQ(robot.loop.status().suspicion.hypothesis, faults::kHealthy);
+    EXPECT_GT(robot.loop.status().suspicion.probability, 0.9);
     for (int i = 0; i < 100; ++i) {
       robot.drive(kPeriod, "s");
       Observation y = robot.sample();
