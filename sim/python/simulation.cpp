@@ -293,10 +293,11 @@ py::tuple wordsOf(int count) {
 }  // namespace
 
 void bindSimulation(py::module& m) {
-  m.def("simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
-        py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("samples_only"),
-        py::arg("odometry"),
-        "Columns, those of the odometry, events, findings, effective track and plant model of a drive; see simulate().");
+  m.def(
+      "simulate", &simulate, py::arg("robot"), py::arg("controller"), py::arg("set_points"), py::arg("duration"),
+      py::arg("faults"), py::arg("overrides"), py::arg("monitor"), py::arg("monitor_model"), py::arg("samples_only"),
+      py::arg("odometry"),
+      "Columns, those of the odometry, events, findings, effective track and plant model of a drive; see simulate().");
   m.def("settings", &settings, py::arg("robot"), py::arg("controller"), py::arg("overrides") = py::dict(),
         R"(The values with which simulate() drives, as dicts of names and values: "plant", "geometry", "controller", and
 "plant_model", which the controller has of the robot (unless it is the open loop). "preset" is the text of a YAML file with
