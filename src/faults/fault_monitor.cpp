@@ -207,6 +207,8 @@ void FaultMonitor::checkWheels(const Observation& observation, const SampleStep&
   if (undecided(right_, report_.wheel_right, report_.drive_right) && !right_.suspecting()) right_.forgive();
   conclude(left_, report_.wheel_left, report_.drive_left, step.time);
   conclude(right_, report_.wheel_right, report_.drive_right, step.time);
+  if (left_.spikes()) blameEncoder(left_, report_.wheel_left, report_.drive_left);
+  if (right_.spikes()) blameEncoder(right_, report_.wheel_right, report_.drive_right);
   hearWitnesses(observation, step.time);
   compareWithModel(observation, step.time);
 }

@@ -72,6 +72,9 @@ constexpr double kStands = 0.2;
 constexpr double kAnyBehindAtRest = 1.25;
 constexpr double kBehindTime = 0.5;
 
+constexpr double kSpikeMemory = 0.5;    // s over which spikes are counted
+constexpr double kLongestSpike = 0.05;  // s; a longer outlier may be a motion
+
 std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / DriveTrain::kStep)); }
 
 /// Lead of the early prediction: the commands within the dead time are known.
@@ -178,7 +181,7 @@ void WheelMonitor::begin(double speed) {
   intervals_.fill(held_);
   last_speed_ = measured_ = speed;
   frozen_ = suspect_ = recovering_ = led_away_ = false;
-  farthest_ = behind_ = 0.0;
+  farthest_ = behind_ = spikes_ = outlier_time_ = 0.0;
   persistence_.reset();
 }
 
@@ -275,11 +278,19 @@ void WheelMonitor::compare(double measurement, double step) {
   const bool behind_for_long = behind_ > kBehindTime + 2.0 * hold_.longest();
   led_away_ = behind_for_long && distance_ <= 1.0;
   suspect_ = distance_ > 1.0 || frozen_ || behind_for_long;
+  countSpikes(step);
   waits_ = measurement == measured_ && hold_.held() <= hold_.longest();
   const double least = hold_.longest() > 0.0 ? std::min(least_progress_, kSlowestRamp) : least_progress_;
   const bool follows = waits_ ? recovering_ : comesNearer(measured_, measurement) > least * since_renewed;
   recovering_ = follows || comesBack(measurement, step) || isAhead(measurement);
   measured_ = measurement;
+}
+
+/// An outlier that is over after a sample or two is none of the wheel, which cannot turn so fast.
+void WheelMonitor::countSpikes(double step) {
+  spikes_ *= keptAfter(step, kSpikeMemory);
+  const double lasted = std::exchange(outlier_time_, suspect_ ? outlier_time_ + step : 0.0);
+  if (!suspect_ && lasted > 0.0 && lasted < kLongestSpike) spikes_ += 1.0;
 }
 
 /// Speed of the slowest drive train under the commands [rad/s].

@@ -221,6 +221,20 @@ TEST(FaultIsolation, ADriveAndAnEncoderCountAgainAfterASecond) {
   }
 }
 
+TEST(FaultIsolation, SpikesOfAnEncoderAreAFaultIfTheyComeOften) {
+  struct Case {
+    int every, samples;
+    Fault fault;
+  };
+  for (const Case& c : {Case{3, 25, Fault::left_encoder_wrong}, Case{50, 1000, Fault::none}}) {
+    Robot robot(exactParameters(), exactModel());
+    robot.drive(kStraight, 300);
+    int sample = 0;
+    robot.drive(kStraight, c.samples, [&](Observation& y) { y.wheel_left += ++sample % c.every == 0 ? 3.0 : 0.0; });
+    EXPECT_EQ(robot.monitor.report().fault(), c.fault) << "one in " << c.every << " samples";
+  }
+}
+
 TEST(FaultIsolation, TwoKerbsAreNotOne) {
   for (const bool left : {true, false}) {
     Robot robot = settled();

@@ -35,6 +35,10 @@ class WheelMonitor {
   /// Commanded speed up to which stiction, play and the motor's steady-state error may hold a wheel at rest [rad/s].
   static constexpr double kStiction = 0.8;
 
+  /// Number of spikes in about half a second that makes an encoder faulty. Of one in ten seconds, which recordings of
+  /// healthy robots have, chance makes so many once in days.
+  static constexpr double kSpikes = 2.5;
+
   /// @param wheel_radius r [m].
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius);
 
@@ -100,6 +104,9 @@ class WheelMonitor {
   /// Declares the encoder faulty because gyro and commands contradict it.
   void declareWrong() { persistence_.declareFaulty(); }
 
+  /// Short outliers come more often than from a healthy encoder.
+  bool spikes() const { return spikes_ > kSpikes; }
+
   /// Speed of the wheel [rad/s] with its variance. @param measured use the measurement; otherwise the belief, with the
   /// uncertainty of its drive train.
   faults::Normal turns(bool measured) const;
@@ -132,6 +139,7 @@ class WheelMonitor {
   bool comesBack(double measurement, double step);
   bool isAhead(double measurement) const;
   double slowest() const;
+  void countSpikes(double step);
   bool isBehind(double measurement) const;
   void learnMisfit(double measurement, double variance, double step);
   double usualMisfit() const;
@@ -166,13 +174,15 @@ class WheelMonitor {
   bool frozen_ = false;
   bool suspect_ = false;
   bool recovering_ = false;
-  bool waits_ = false;       // the last value was held, and its renewal is not due yet
-  double behind_ = 0.0;      // time for which the wheel has had too little of its command [s]
-  bool led_away_ = false;    // it is suspect because of that, and its belief is where it is
-  double farthest_ = 0.0;    // |error| of the outliers in a row, the largest [rad/s]
-  double mark_ = 0.0;        // measured when the wheel came nearer last [rad/s]
-  double since_mark_ = 0.0;  // [s]
-  double least_progress_;    // of a wheel that follows its command [rad/s^2]
+  double spikes_ = 0.0;        // number of late
+  double outlier_time_ = 0.0;  // of the present one [s]
+  bool waits_ = false;         // the last value was held, and its renewal is not due yet
+  double behind_ = 0.0;        // time for which the wheel has had too little of its command [s]
+  bool led_away_ = false;      // it is suspect because of that, and its belief is where it is
+  double farthest_ = 0.0;      // |error| of the outliers in a row, the largest [rad/s]
+  double mark_ = 0.0;          // measured when the wheel came nearer last [rad/s]
+  double since_mark_ = 0.0;    // [s]
+  double least_progress_;      // of a wheel that follows its command [rad/s^2]
 };
 
 }  // namespace jackal_aic
