@@ -15,14 +15,14 @@ namespace jackal_aic::faults {
 namespace {
 
 // How often hypotheses begin [1/s], and how long they last on average [s].
-constexpr double kFaultRate = 1e-5, kRepairTime = 100.0;  // one in a day of driving
-constexpr double kSlideRate = 0.05, kSlideTime = 0.3;     // a sill, a jolt, ice
-constexpr double kStrikeRate = 0.003, kStrikeTime = 0.1;  // a kerb
-constexpr double kGlitchRate = 1e-4, kGlitchTime = 0.03;  // an offset of the gyro that ends by itself
-constexpr double kPushRate = 0.01, kPushTime = 2.0;       // somebody moves a robot that is to stand
-constexpr double kGroundTime = 3.0;                       // after which another slip is the usual one
-constexpr double kEndsOnGround = 0.25;                    // share of slides that end on another ground, of each kind
-constexpr double kLeastRate = 1e-7;                       // at which anything begins whatever else is believed
+constexpr double kFaultRate = 1e-5, kRepairTime = 100.0;   // one in a day of driving
+constexpr double kSlideRate = 0.05, kSlideTime = 0.3;      // a sill, a jolt, ice
+constexpr double kStrikeRate = 0.001, kStrikeTime = 0.15;  // a kerb
+constexpr double kGlitchRate = 1e-4, kGlitchTime = 0.03;   // an offset of the gyro that ends by itself
+constexpr double kPushRate = 0.01, kPushTime = 2.0;        // somebody moves a robot that is to stand
+constexpr double kGroundTime = 3.0;                        // after which another slip is the usual one
+constexpr double kEndsOnGround = 0.25;                     // share of slides that end on another ground, of each kind
+constexpr double kLeastRate = 1e-7;                        // at which anything begins whatever else is believed
 
 constexpr double kMounted = 1e-3;  // chance that an IMU is mounted in another way than tf says, of each way
 
@@ -97,6 +97,7 @@ void BodyMonitor::restart() {
 void BodyMonitor::start() {
   yaw_.restart();
   mirrored_.restart();
+  compared_ = false;
   difference_change_ = forward_change_ = 0.0;
 }
 
@@ -170,14 +171,11 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   GyroEvidence g;
   const double free =
       square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) + square(turn) + 2.0 * yaw_.noise();
-  const double taken_back = -std::expm1(-step / kStrikeTime) * last_error;
   const double usual = logStudent(square(e), S), any = std::log(kOutliers) + logNormal(e, square(kOffsetScale));
   gyro_outlier_ = any > usual;
   g.healthy = logSum(usual, any);
   g.slides = logNormal(yaw_rate - yaw_rate_, free);
   g.slides_begins = logNormal(e, free + S);  // from where its wheels had it
-  g.struck = logStudent(square(e - last_error + taken_back),
-                        square(kPaceDoubt * taken_back) + square(turn) + S + yaw_.noise());
   g.struck_begins = logNormal(e, square(kStrike) + S);
   g.ground = slip_offset_.stays(e, S, x.mean);
   // No body jumps: the new slip is what it has come to.
@@ -187,7 +185,9 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.moved = logNormal(yaw_rate - yaw_rate_, square(kHandling * step) + 2.0 * yaw_.noise());
   g.moved_begins = logNormal(e, square(kOffsetScale) + S);
   g.offset = gyro_offset_.stays(e, S);
-  g.offset_begins = gyro_offset_.begins(e, S);
+  // It jumps, also where the body does not follow its wheels.
+  gyro_jump_ = compared_ ? Normal{e - last_error, free} : Normal{e, S};
+  g.offset_begins = gyro_offset_.begins(gyro_jump_.mean, gyro_jump_.variance);
   // On a straight line a gyro of the wrong sign agrees with everybody; a body that does not turn shows no sign either.
   g.reversed = g.healthy;
   if (turning_) {
@@ -198,20 +198,24 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
                  logStudent(square(-yaw_rate - yaw_.mean(x.mean, v)), S));
     g.reversed = read * x.mean < 0.0 && std::abs(read) > kDeadZone ? reversed : std::min(reversed, g.healthy);
   }
+  g.reversed_begins = logNormal(yaw_rate + yaw_rate_, free);  // no body jumps, but the sign does
   g.frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
-  // No ground turns a body against its wheels, and a swing against them ends.
+  // No ground turns a body against its wheels for long.
   const double asked = s * x.mean, part = std::min((yaw_rate - yaw_.bias()) / asked, 0.0);
+  double swing = 0.0;
   if (std::abs(asked) > thresholds::kTurning && part < 0.0) {
-    const double against = 0.5 * square(part / (0.5 * kOtherSlip)), swing = 0.5 * square(std::max(part, -1.0));
+    const double against = 0.5 * square(part / (0.5 * kOtherSlip));
+    swing = 0.5 * square(std::max(part, -1.0));
     g.ground -= against;
     g.ground_begins -= against;
-    g.slides -= swing;
-    g.struck -= swing;
   }
-  const std::initializer_list<double*> densities = {&g.healthy,       &g.slides,  &g.slides_begins, &g.struck,
-                                                    &g.struck_begins, &g.ground,  &g.ground_begins, &g.pulled,
-                                                    &g.pulled_begins, &g.moved,   &g.moved_begins,  &g.offset,
-                                                    &g.offset_begins, &g.reversed};
+  // A body that slides goes on as it did: in a turn the samples of the ground's memory are one.
+  const double advantage = g.reversed - (g.slides - swing), part_of_memory = step / YawPrediction::kGroundMemory;
+  g.reversed_stays = turning_ ? std::min(g.reversed, g.slides + std::min(1.0, part_of_memory) * advantage) : g.reversed;
+  const std::initializer_list<double*> densities = {&g.healthy,  &g.slides,          &g.slides_begins, &g.struck_begins,
+                                                    &g.ground,   &g.ground_begins,   &g.pulled,        &g.pulled_begins,
+                                                    &g.moved,    &g.moved_begins,    &g.offset,        &g.offset_begins,
+                                                    &g.reversed, &g.reversed_begins, &g.reversed_stays};
   double best = g.healthy;
   for (const double* p : densities) best = std::max(best, *p);
   for (double* p : densities) *p = chance + (repeats ? logUnless(gyro_repetition_.held(yaw_rate), *p - best) : *p);
@@ -319,7 +323,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   };
   set(kHealthy, g.healthy + jolts, g.healthy + jolts);
   set(kSlides, g.slides + slides, g.slides_begins + slides);
-  set(kStruck, g.struck + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
+  set(kStruck, g.slides + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
   set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
   set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
   set(kGyroGlitch, g.offset + jolts, g.offset_begins + jolts);
@@ -328,18 +332,18 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
       g.moved_begins + half(logMixture(kJoltsMoved, a.healthy, a.jolted), a.offset_begins));
   set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
   set(kGyroOffset, g.offset + jolts, g.offset_begins + jolts);
-  set(kGyroReversed, g.reversed + jolts, g.reversed + jolts);
+  set(kGyroReversed, g.reversed_stays + jolts, g.reversed_begins + jolts);
   const double no_jolt = std::log1p(-jolts_);
   set(kAccelerometerFrozen, g.healthy + no_jolt + a.frozen, g.healthy + no_jolt + a.frozen);
   set(kAccelerometerOffset, g.healthy + no_jolt + a.offset, g.healthy + no_jolt + a.offset_begins);
-  set(kUpsideDown, g.reversed + no_jolt + a.upside_down, g.reversed + no_jolt + a.upside_down);
+  set(kUpsideDown, g.reversed_stays + no_jolt + a.upside_down, g.reversed_begins + no_jolt + a.upside_down);
   if (step > 0.0) filter(stays, begins, wheels.to_stand, step);
 
   if (judged && gyro_) gyro_repetition_.update(y.yaw_rate, 0.0, gyro_kind_, 0.0);
   if (judged && !gyro_) {
     const double agrees =
         alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
-    gyro_offset_.update(gyro_error_, gyro_variance_, fresh_[kGyroOffset]);
+    gyro_offset_.update(gyro_error_, gyro_variance_, gyro_jump_.mean, gyro_jump_.variance, fresh_[kGyroOffset], 1.0);
     slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], wheels.difference.mean);
     pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], wheels.forward.mean);
     yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
@@ -355,7 +359,10 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   } else if (reads && !judged) {
     yaw_.restart();
   }
-  if (reads) yaw_rate_ = y.yaw_rate;
+  if (reads) {
+    yaw_rate_ = y.yaw_rate;
+    compared_ = judged && !gyro_;
+  }
   if (accelerates) {
     const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty() - alpha_[kMoved],
                  explained = std::abs(rate_);
@@ -376,7 +383,7 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
       case kSlides:
         return {on_box_ ? 0.0 : kSlideRate, kSlideTime};
       case kStruck:
-        return {on_box_ ? 0.0 : kStrikeRate, kStrikeTime};
+        return {on_box_ || to_stand ? 0.0 : kStrikeRate, kStrikeTime};
       case kGyroGlitch:
         return {kGlitchRate, kGlitchTime};
       case kOtherGround:

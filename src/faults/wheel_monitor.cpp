@@ -243,7 +243,7 @@ faults::Normal WheelMonitor::turns(bool measured) const {
   }
   // The belief, which has less noise, moved to within the noise of the measurement. Held values and values outside the
   // reachable interval are uncertain.
-  const double variance = parameters_.wheel_variance + resolutionVariance(), noise = kNoise * std::sqrt(variance);
+  const double variance = parameters_.wheel_variance + resolutionVariance(), noise = std::sqrt(variance);
   const auto beyond = [noise](double error) { return error - std::clamp(error, -noise, noise); };
   const double off = beyond(measured_ - belief_.speed()), held = hold_.held() > 0.0 ? off : 0.0;
   return {belief_.speed() + off, variance + square(held) + square(kDoubtful * beyond(error_))};

@@ -103,6 +103,30 @@ TEST(BodyMonitor, DoubtHasANameBeforeTheVerdictAndUntilTheReturn) {
   EXPECT_EQ((Suspicion{kHealthy, 0.98}.text()), "healthy, 0.98");
 }
 
+TEST(BodyMonitor, ABodyOnIceThatTurnsOnAgainstItsWheelsIsNoFault) {
+  for (const double friction : {0.3, 0.5, 1.0, 2.0}) {  // rad/s^2
+    Body body;
+    body.turn(kTurn, 1.0, 0.0, 200);
+    double yaw_rate = kAsked;
+    for (int k = 0; k < 300; ++k) {
+      yaw_rate = std::max(yaw_rate - friction * kStep, -kAsked);
+      body.sample(std::max(kTurn - 0.1 * k, -kTurn), 0.5, yaw_rate);
+      ASSERT_NE(body.monitor.gyro(), ChannelState::faulty) << friction << " rad/s^2, after " << k * kStep << " s";
+    }
+  }
+}
+
+TEST(BodyMonitor, AStrikeLastsUntilBothAxlesArePast) {
+  Body body;
+  body.turn(kTurn, 1.0, 0.0, 200);
+  double thrown = 0.3;  // rad/s
+  for (int k = 0; k < 100; ++k) {
+    if (k > 7) thrown *= 0.9;
+    body.sample(kTurn, 0.0, kAsked + thrown, k == 0 ? 6.0 : k == 8 ? -6.0 : 0.0);
+    ASSERT_NE(body.monitor.gyro(), ChannelState::faulty) << k;
+  }
+}
+
 TEST(BodyMonitor, ABodyThatSlidesIsNoFaultOfTheGyro) {
   EXPECT_EQ(afterLosing(0.0, 3.0), ChannelState::ok) << "the wheels turn, and the body comes to a stop";
   EXPECT_EQ(afterLosing(0.4, 3.0), ChannelState::ok);

@@ -123,6 +123,16 @@ TEST(WheelMonitor, AWheelThatSomebodyElseDrivesIsFollowed) {
 }
 
 /// Stiction: a wheel that stands starts at 0.75 rad/s, and one that turns goes on down to rest.
+TEST(WheelMonitor, AWheelThatCreepsTurnsAsMeasuredWithinTheNoise) {
+  WheelMonitor wheel(FaultParameters{}, model(), kRadius);
+  wheel.start(0.0);
+  for (int k = 0; k < 50; ++k) {
+    for (int step = 0; step < 20; ++step) wheel.predict(0.0);
+    wheel.compare(0.12 + 0.001 * (k % 3), 0.02);
+    EXPECT_NEAR(wheel.turns(true).mean, 0.12, 0.04) << "the sides' errors add up to a turn";
+  }
+}
+
 TEST(WheelMonitor, AWheelThatSticksAtASmallCommandAndThenStartsIsNoFault) {
   for (const double sign : {1.0, -1.0}) {
     WatchedWheel wheel;

@@ -114,9 +114,9 @@ class BodyMonitor {
   };
   /// ln of the densities of the gyro's sample.
   struct GyroEvidence {
-    double healthy = 0.0, slides = 0.0, slides_begins = 0.0, struck = 0.0, struck_begins = 0.0, ground = 0.0,
-           ground_begins = 0.0, pulled = 0.0, pulled_begins = 0.0, moved = 0.0, moved_begins = 0.0, frozen = 0.0,
-           offset = 0.0, offset_begins = 0.0, reversed = 0.0;
+    double healthy = 0.0, slides = 0.0, slides_begins = 0.0, struck_begins = 0.0, ground = 0.0, ground_begins = 0.0,
+           pulled = 0.0, pulled_begins = 0.0, moved = 0.0, moved_begins = 0.0, frozen = 0.0, offset = 0.0,
+           offset_begins = 0.0, reversed = 0.0, reversed_begins = 0.0, reversed_stays = 0.0;
   };
   /// ln of the densities of the accelerometer's sample.
   struct AccelerationEvidence {
@@ -157,6 +157,8 @@ class BodyMonitor {
 
   // Of the last sample.
   double yaw_rate_ = 0.0, gyro_error_ = 0.0, gyro_variance_ = 1.0;  // [rad/s]
+  Normal gyro_jump_;       // of the prediction error, since the sample before [rad/s]
+  bool compared_ = false;  // with its prediction
   Repetition::Kind gyro_kind_ = Repetition::rest;
   bool gyro_outlier_ = false;  // no hypothesis but that of outliers explains it
   bool turning_ = false;       // so fast that it shows the sign of the gyro

@@ -29,8 +29,11 @@ class Offset {
   }
 
   /// Kalman update of b, a mixture of one that stays and one that begins. @param fresh weight of the latter.
-  void update(double e, double S, double fresh, double h = 1.0) {
-    const Normal stayed = posterior(b_, e, S, h), begun = posterior({0.0, prior_}, e, S, h);
+  void update(double e, double S, double fresh, double h = 1.0) { update(e, S, e, S, fresh, h); }
+
+  /// The same, with the error c and variance C by which begins() was called.
+  void update(double e, double S, double c, double C, double fresh, double h) {
+    const Normal stayed = posterior(b_, e, S, h), begun = posterior({0.0, prior_}, c, C, h);
     const double mean = fresh * begun.mean + (1.0 - fresh) * stayed.mean;
     b_.variance = fresh * (begun.variance + square(begun.mean - mean)) +
                   (1.0 - fresh) * (stayed.variance + square(stayed.mean - mean));
