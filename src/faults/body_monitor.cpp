@@ -57,6 +57,8 @@ constexpr double kLate = 0.1;       // time within which an uncertain speed is a
 constexpr double kShaken = 0.2;     // time for which a body goes on rocking, or somebody may only seem to let go [s]
 constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
 
+constexpr double kNone = 1e-300;  // least probability
+
 double half(double a, double b) { return logMixture(0.5, a, b); }
 
 }  // namespace
@@ -185,9 +187,12 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.moved = logNormal(yaw_rate - yaw_rate_, square(kHandling * step) + 2.0 * yaw_.noise());
   g.moved_begins = logNormal(e, square(kOffsetScale) + S);
   g.offset = gyro_offset_.stays(e, S);
-  // It jumps, also where the body does not follow its wheels.
-  gyro_jump_ = compared_ ? Normal{e - last_error, free} : Normal{e, S};
-  g.offset_begins = gyro_offset_.begins(gyro_jump_.mean, gyro_jump_.variance);
+  // Where the body does not follow its wheels, an offset shows as a jump.
+  const double sliding = compared_ ? std::min(1.0, alpha_[kSlides] + alpha_[kStruck]) : 0.0;
+  const double level = gyro_offset_.begins(e, S), jump = gyro_offset_.begins(e - last_error, free);
+  g.offset_begins = logMixture(sliding, level, jump);
+  const bool jumps = std::log(sliding + kNone) + jump > std::log1p(-sliding) + level;
+  gyro_begins_ = jumps ? Normal{e - last_error, free} : Normal{e, S};
   // On a straight line a gyro of the wrong sign agrees with everybody; a body that does not turn shows no sign either.
   g.reversed = g.healthy;
   if (turning_) {
@@ -343,7 +348,8 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   if (judged && !gyro_) {
     const double agrees =
         alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
-    gyro_offset_.update(gyro_error_, gyro_variance_, gyro_jump_.mean, gyro_jump_.variance, fresh_[kGyroOffset], 1.0);
+    gyro_offset_.update(gyro_error_, gyro_variance_, gyro_begins_.mean, gyro_begins_.variance, fresh_[kGyroOffset],
+                        1.0);
     slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], wheels.difference.mean);
     pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], wheels.forward.mean);
     yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
@@ -406,7 +412,6 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
   for (int h = kHealthy + 1; h < kHypotheses; ++h) back += leaving(h);
   Densities next;
   double top = -std::numeric_limits<double>::infinity();
-  constexpr double kNone = 1e-300;
   for (int h = 0; h < kHypotheses; ++h) {
     const double rate = prior(h).rate;
     const double in = h == kHealthy                       ? std::max(back, kLeastRate)

@@ -157,7 +157,7 @@ class BodyMonitor {
 
   // Of the last sample.
   double yaw_rate_ = 0.0, gyro_error_ = 0.0, gyro_variance_ = 1.0;  // [rad/s]
-  Normal gyro_jump_;       // of the prediction error, since the sample before [rad/s]
+  Normal gyro_begins_;     // error by which an offset of the gyro begins [rad/s]
   bool compared_ = false;  // with its prediction
   Repetition::Kind gyro_kind_ = Repetition::rest;
   bool gyro_outlier_ = false;  // no hypothesis but that of outliers explains it
