@@ -292,14 +292,20 @@ def held_out(step):
     return step >= 0 and step % 2 == 1
 
 
-def replay(recording, path, identified, reverse_gyro=False):
-    """Figures of a recording through the drive loop: alarms, share of the time in alarm, and the error of the yaw rate in held-out steps / that of the best constant track."""
+def reversed_gyro(samples):
+    samples[:, 3] *= -1.0
+    return samples
+
+
+def replay(recording, path, identified, altered=None):
+    """Figures of a recording through the drive loop: alarms, share of the time in alarm, and the error of the yaw rate in held-out steps / that of the best constant track.
+    altered: a function of the samples (jackal_aic._core.replay_recording) that returns those to replay."""
     commands = applied_commands(recording, path)
     model, refusal = known_model(recording, commands, identified)
-    sign = -1.0 if reverse_gyro else 1.0
-    samples = numpy.array([(s.time, s.left, s.right, sign * s.yaw_rate, s.ax, s.ay, s.az, *command,
+    samples = numpy.array([(s.time, s.left, s.right, s.yaw_rate, s.ax, s.ay, s.az, *command,
                             (1 if s.starts else 0) + (2 if held_out(s.step) else 0))
                            for s, command in zip(recording.samples, commands)])
+    samples = altered(samples) if altered else samples
     blocks = steady_blocks(recording)
     difference = numpy.array([recording.wheel_radius * (b.wheels[1] - b.wheels[0]) for b in blocks])
     speed = numpy.array([0.5 * recording.wheel_radius * (b.wheels[0] + b.wheels[1]) for b in blocks])
@@ -338,7 +344,7 @@ def _gyro(recording, identified, path):
     """Column gyro; a reversed gyro has to be detected."""
     if not recording.gyro_reversed:
         return 'as the wheels' if recording.has_imu else 'none'
-    found = replay(recording, path, identified, True)['reversed_told']
+    found = replay(recording, path, identified, reversed_gyro)['reversed_told']
     return 'reversed, not found' if found is None else 'reversed, found after {:.0f} s'.format(found)
 
 

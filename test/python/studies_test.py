@@ -194,11 +194,57 @@ class RecordingFiles(unittest.TestCase):
 DATA = os.environ.get('JACKAL_AIC_REAL_DATA', '')
 
 
+def part(samples, begin, end):
+    """A part of the samples, by shares of their number."""
+    samples = samples[int(begin * len(samples)):int(end * len(samples))]
+    samples[0, 9] = 1.0 + 2.0 * (samples[0, 9] >= 2.0)
+    return samples
+
+
+def changed(samples, columns, change):
+    samples[:, columns] = change(samples[:, columns])
+    return samples
+
+
+def noisy(deviation):
+    return lambda values: values + deviation * numpy.random.RandomState(1).randn(*values.shape)
+
+
+def mirrored(samples):
+    samples[:, [1, 2, 7, 8]] = samples[:, [2, 1, 8, 7]]
+    samples[:, [3, 5]] *= -1.0
+    return samples
+
+
+def turned_round(samples):
+    samples[:, [1, 2, 7, 8]] = -samples[:, [2, 1, 8, 7]]
+    samples[:, [4, 5]] *= -1.0
+    return samples
+
+
+ALTERED = {
+    'as recorded': None,
+    'first half': lambda s: part(s, 0.0, 0.5),
+    'second half': lambda s: part(s, 0.5, 1.0),
+    'third quarter': lambda s: part(s, 0.5, 0.75),
+    'last eighth': lambda s: part(s, 0.875, 1.0),
+    'mirrored': mirrored,
+    'turned round': turned_round,
+    'encoder steps of 0.2 rad/s': lambda s: changed(s, [1, 2], lambda v: 0.2 * numpy.round(v / 0.2)),
+    'encoder noise of 0.05 rad/s': lambda s: changed(s, [1, 2], noisy(0.05)),
+    'gyro steps of 0.01 rad/s': lambda s: changed(s, [3], lambda v: 0.01 * numpy.round(v / 0.01)),
+    'gyro noise of 0.02 rad/s': lambda s: changed(s, [3], noisy(0.02)),
+    'gyro bias of 0.04 rad/s': lambda s: changed(s, [3], lambda v: v + 0.04),
+    'gyro two samples late': lambda s: changed(s, [3], lambda v: numpy.concatenate([v[:2], v[:-2]])),
+    'accelerometer off by 0.8 m/s^2': lambda s: changed(s, [4], lambda v: v + 0.8),
+}
+
+
 def replayed(item):
-    """Figures of a recording; item: path, whether the model is identified."""
-    path, identified = item
+    """Figures of a recording; item: path, whether the model is identified, how it is altered."""
+    path, identified, alteration = item
     recording = recordings.read(path)
-    return recordings.replay(recording, recordings.fit_path(recording), identified)
+    return recordings.replay(recording, recordings.fit_path(recording), identified, ALTERED[alteration])
 
 
 @unittest.skipUnless(DATA, 'JACKAL_AIC_REAL_DATA is not set')
@@ -209,19 +255,25 @@ class Recordings(unittest.TestCase):
 
     def test_raise_no_alarm_and_show_the_turn_with_either_model(self):
         ratios = []
-        for item, figures in self.replays([(path, identified) for path in recordings.paths(DATA) for identified in (False, True)]):
+        for item, figures in self.replays([(path, identified, 'as recorded') for path in recordings.paths(DATA)
+                                           for identified in (False, True)]):
             self.assertEqual((figures['alarms'], figures['refusal']), ([], ''), item)
             if figures['yaw_error'] is not None:
                 ratios.append(recordings.ratio(figures))
                 self.assertLessEqual(ratios[-1], 0.65 if 'asphalt' in item[0] else 1.05, item)
         self.assertEqual(len(ratios), 6)
 
+    def test_raise_no_alarm_when_altered(self):
+        for item, figures in self.replays([(path, False, alteration) for alteration in ALTERED if ALTERED[alteration]
+                                           for path in recordings.paths(DATA)]):
+            self.assertEqual(figures['alarms'], [], item)
+
     def test_a_reversed_gyro_is_reported_and_not_learned_from(self):
         for path in recordings.paths(DATA):
             recording = recordings.read(path)
             if not recording.has_imu:
                 continue
-            figures = recordings.replay(recording, recordings.fit_path(recording), False, True)
+            figures = recordings.replay(recording, recordings.fit_path(recording), False, recordings.reversed_gyro)
             self.assertIsNotNone(figures['reversed_told'], path)
             configured = 1.0 / (1.5 * recording.wheel_distance)
             self.assertAlmostEqual(figures['turn'][0], configured, delta=0.02 * configured)
