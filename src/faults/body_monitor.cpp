@@ -178,7 +178,10 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.healthy = logSum(usual, any);
   g.slides = logNormal(yaw_rate - yaw_rate_, free);
   g.slides_begins = logNormal(e, free + S);  // from where its wheels had it
-  g.struck_begins = logNormal(e, square(kStrike) + S);
+  // The tyres take it back, or another wheel holds it. What happened while the wheels did not tell is unknown.
+  const double half_taken_back = -0.5 * std::expm1(-step / kStrikeTime) * last_error;
+  g.struck = logNormal(e - last_error + half_taken_back, free + square(half_taken_back));
+  g.struck_begins = logNormal(e, square(compared_ ? kStrike : kOffsetScale) + S);
   g.ground = slip_offset_.stays(e, S, x.mean);
   // No body jumps: the new slip is what it has come to.
   g.ground_begins = g.slides - 0.5 * square(e) / (S + square(kOtherSlip * s * x.mean));
@@ -217,10 +220,10 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   // A body that slides goes on as it did: in a turn the samples of the ground's memory are one.
   const double advantage = g.reversed - (g.slides - swing), part_of_memory = step / YawPrediction::kGroundMemory;
   g.reversed_stays = turning_ ? std::min(g.reversed, g.slides + std::min(1.0, part_of_memory) * advantage) : g.reversed;
-  const std::initializer_list<double*> densities = {&g.healthy,  &g.slides,          &g.slides_begins, &g.struck_begins,
-                                                    &g.ground,   &g.ground_begins,   &g.pulled,        &g.pulled_begins,
-                                                    &g.moved,    &g.moved_begins,    &g.offset,        &g.offset_begins,
-                                                    &g.reversed, &g.reversed_begins, &g.reversed_stays};
+  const std::initializer_list<double*> densities = {
+      &g.healthy,       &g.slides,   &g.slides_begins,   &g.struck,        &g.struck_begins, &g.ground,
+      &g.ground_begins, &g.pulled,   &g.pulled_begins,   &g.moved,         &g.moved_begins,  &g.offset,
+      &g.offset_begins, &g.reversed, &g.reversed_begins, &g.reversed_stays};
   double best = g.healthy;
   for (const double* p : densities) best = std::max(best, *p);
   for (double* p : densities) *p = chance + (repeats ? logUnless(gyro_repetition_.held(yaw_rate), *p - best) : *p);
@@ -328,7 +331,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   };
   set(kHealthy, g.healthy + jolts, g.healthy + jolts);
   set(kSlides, g.slides + slides, g.slides_begins + slides);
-  set(kStruck, g.slides + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
+  set(kStruck, g.struck + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
   set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
   set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
   set(kGyroGlitch, g.offset + jolts, g.offset_begins + jolts);

@@ -114,9 +114,9 @@ class BodyMonitor {
   };
   /// ln of the densities of the gyro's sample.
   struct GyroEvidence {
-    double healthy = 0.0, slides = 0.0, slides_begins = 0.0, struck_begins = 0.0, ground = 0.0, ground_begins = 0.0,
-           pulled = 0.0, pulled_begins = 0.0, moved = 0.0, moved_begins = 0.0, frozen = 0.0, offset = 0.0,
-           offset_begins = 0.0, reversed = 0.0, reversed_begins = 0.0, reversed_stays = 0.0;
+    double healthy = 0.0, slides = 0.0, slides_begins = 0.0, struck = 0.0, struck_begins = 0.0, ground = 0.0,
+           ground_begins = 0.0, pulled = 0.0, pulled_begins = 0.0, moved = 0.0, moved_begins = 0.0, frozen = 0.0,
+           offset = 0.0, offset_begins = 0.0, reversed = 0.0, reversed_begins = 0.0, reversed_stays = 0.0;
   };
   /// ln of the densities of the accelerometer's sample.
   struct AccelerationEvidence {
