@@ -191,10 +191,10 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   g.moved_begins = logNormal(e, square(kOffsetScale) + S);
   g.offset = gyro_offset_.stays(e, S);
   // Where the body does not follow its wheels, an offset shows as a jump.
-  const double sliding = compared_ ? std::min(1.0, alpha_[kSlides] + alpha_[kStruck]) : 0.0;
+  const double sliding = compared_ ? std::min(1.0, kNone + alpha_[kSlides] + alpha_[kStruck]) : kNone;
   const double level = gyro_offset_.begins(e, S), jump = gyro_offset_.begins(e - last_error, free);
   g.offset_begins = logMixture(sliding, level, jump);
-  const bool jumps = std::log(sliding + kNone) + jump > std::log1p(-sliding) + level;
+  const bool jumps = std::log(sliding) + jump > std::log1p(-sliding) + level;
   gyro_begins_ = jumps ? Normal{e - last_error, free} : Normal{e, S};
   // On a straight line a gyro of the wrong sign agrees with everybody; a body that does not turn shows no sign either.
   g.reversed = g.healthy;
