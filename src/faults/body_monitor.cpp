@@ -156,79 +156,110 @@ double BodyMonitor::accelerometerFaulty() const {
 
 bool BodyMonitor::shaken() const { return since_jolt_ < kShaken || alpha_[kStruck] > 0.5; }
 
+/// A sample of the gyro against its prediction.
+struct BodyMonitor::GyroSample {
+  double value, change;        // yaw rate, and since the last sample [rad/s]
+  double error, error_change;  // e, and since the last sample [rad/s]
+  double variance;             // S of the error [(rad/s)^2]
+  double free;                 // of the change of a body that turns by itself [(rad/s)^2]
+  double asked;                // yaw rate by the wheels [rad/s]
+};
+
 BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMotion& wheels, double step) {
   const Normal& x = wheels.difference;
-  const double v = wheels.forward.mean, s = yaw_.slope(), turn = s * difference_change_;
-  const double last_error = gyro_error_;
-  const double e = gyro_error_ = yaw_rate - yaw_.mean(x.mean, v), S = gyro_variance_ = yaw_.variance(x, v);
-  const bool repeats = gyro_repetition_.repeats(yaw_rate), zero = yaw_rate == 0.0;
-  if (!repeats) predicted_ = yaw_rate - e;
-  // A value is left behind where the prediction has gone away from it since it is new. A driver may have a dead zone:
-  // its zeros say nothing of a robot that need not turn.
+  const double v = wheels.forward.mean, s = yaw_.slope(), last_error = gyro_error_;
+  gyro_error_ = yaw_rate - yaw_.mean(x.mean, v);
+  gyro_variance_ = yaw_.variance(x, v);
   turning_ = yaw_.leastTurn(x) > kDeadZone;
-  const bool left =
-      zero ? turning_ : square(e) > kLargestRatio * S && square(yaw_rate - e - predicted_) > kLargestRatio * S;
-  gyro_kind_ = left ? Repetition::under_way : wheels.turn ? Repetition::moving : Repetition::rest;
-  const double chance = repeats && zero && !turning_ ? 0.0 : gyro_repetition_.logChance(yaw_rate, gyro_kind_);
+  const double free = square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) +
+                      square(s * difference_change_) + 2.0 * yaw_.noise();
+  const GyroSample y{yaw_rate,  yaw_rate - yaw_rate_, gyro_error_, gyro_error_ - last_error, gyro_variance_, free,
+                     s * x.mean};
   GyroEvidence g;
-  const double free =
-      square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) + square(turn) + 2.0 * yaw_.noise();
+  weighMotion(y, wheels, last_error, step, g);
+  weighOffset(y, g);
+  weighReversal(y, wheels, step, g);
+  weighRepetition(y, wheels.turn, g);
+  return g;
+}
+
+/// What the body does.
+void BodyMonitor::weighMotion(const GyroSample& y, const WheelMotion& wheels, double last_error, double step,
+                              GyroEvidence& g) {
+  const double e = y.error, S = y.variance, v = wheels.forward.mean;
   const double usual = logStudent(square(e), S), any = std::log(kOutliers) + logNormal(e, square(kOffsetScale));
   gyro_outlier_ = any > usual;
   g.healthy = logSum(usual, any);
-  g.slides = logNormal(yaw_rate - yaw_rate_, free);
-  g.slides_begins = logNormal(e, free + S);  // from where its wheels had it
+  g.slides = logNormal(y.change, y.free);
+  g.slides_begins = logNormal(e, y.free + S);  // from where its wheels had it
   // The tyres take it back, or another wheel holds it. What happened while the wheels did not tell is unknown.
   const double half_taken_back = -0.5 * std::expm1(-step / kStrikeTime) * last_error;
-  g.struck = logNormal(e - last_error + half_taken_back, free + square(half_taken_back));
+  g.struck = logNormal(y.error_change + half_taken_back, y.free + square(half_taken_back));
   g.struck_begins = logNormal(e, square(compared_ ? kStrike : kOffsetScale) + S);
-  g.ground = slip_offset_.stays(e, S, x.mean);
+  g.ground = slip_offset_.stays(e, S, wheels.difference.mean);
   // No body jumps: the new slip is what it has come to.
-  g.ground_begins = g.slides - 0.5 * square(e) / (S + square(kOtherSlip * s * x.mean));
+  g.ground_begins = g.slides - 0.5 * square(e) / (S + square(kOtherSlip * y.asked));
   g.pulled = pull_offset_.stays(e, S, v);
-  g.pulled_begins = g.slides - 0.5 * square(e) / (S + square(kPull * s * v));
-  g.moved = logNormal(yaw_rate - yaw_rate_, square(kHandling * step) + 2.0 * yaw_.noise());
+  g.pulled_begins = g.slides - 0.5 * square(e) / (S + square(kPull * yaw_.slope() * v));
+  // No ground turns a body against its wheels.
+  const double against = 0.5 * square(turnAgainst(y) / (0.5 * kOtherSlip));
+  g.ground -= against;
+  g.ground_begins -= against;
+  g.moved = logNormal(y.change, square(kHandling * step) + 2.0 * yaw_.noise());
   g.moved_begins = logNormal(e, square(kOffsetScale) + S);
-  g.offset = gyro_offset_.stays(e, S);
+}
+
+/// Part of the turn that the wheels ask for which the body makes against them: 0 or less.
+double BodyMonitor::turnAgainst(const GyroSample& y) const {
+  return std::abs(y.asked) > thresholds::kTurning ? std::min((y.value - yaw_.bias()) / y.asked, 0.0) : 0.0;
+}
+
+void BodyMonitor::weighOffset(const GyroSample& y, GyroEvidence& g) {
+  g.offset = gyro_offset_.stays(y.error, y.variance);
   // Where the body does not follow its wheels, an offset shows as a jump.
   const double sliding = compared_ ? std::min(1.0, kNone + alpha_[kSlides] + alpha_[kStruck]) : kNone;
-  const double level = gyro_offset_.begins(e, S), jump = gyro_offset_.begins(e - last_error, free);
+  const double level = gyro_offset_.begins(y.error, y.variance), jump = gyro_offset_.begins(y.error_change, y.free);
   g.offset_begins = logMixture(sliding, level, jump);
   const bool jumps = std::log(sliding) + jump > std::log1p(-sliding) + level;
-  gyro_begins_ = jumps ? Normal{e - last_error, free} : Normal{e, S};
+  gyro_begins_ = jumps ? Normal{y.error_change, y.free} : Normal{y.error, y.variance};
+}
+
+void BodyMonitor::weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g) {
   // On a straight line a gyro of the wrong sign agrees with everybody; a body that does not turn shows no sign either.
-  g.reversed = g.healthy;
-  if (turning_) {
-    const double read = yaw_rate - yaw_.bias();
-    // Mounted so from the start, or since a sample.
-    const double reversed =
-        std::max(logStudent(square(-yaw_rate - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v)),
-                 logStudent(square(-yaw_rate - yaw_.mean(x.mean, v)), S));
-    g.reversed = read * x.mean < 0.0 && std::abs(read) > kDeadZone ? reversed : std::min(reversed, g.healthy);
-  }
-  g.reversed_begins = logNormal(yaw_rate + yaw_rate_, free);  // no body jumps, but the sign does
-  g.frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
-  // No ground turns a body against its wheels for long.
-  const double asked = s * x.mean, part = std::min((yaw_rate - yaw_.bias()) / asked, 0.0);
-  double swing = 0.0;
-  if (std::abs(asked) > thresholds::kTurning && part < 0.0) {
-    const double against = 0.5 * square(part / (0.5 * kOtherSlip));
-    swing = 0.5 * square(std::max(part, -1.0));
-    g.ground -= against;
-    g.ground_begins -= against;
-  }
-  // A body that slides goes on as it did: in a turn the samples of the ground's memory are one.
-  const double advantage = g.reversed - (g.slides - swing), part_of_memory = step / YawPrediction::kGroundMemory;
-  g.reversed_stays = turning_ ? std::min(g.reversed, g.slides + std::min(1.0, part_of_memory) * advantage) : g.reversed;
+  g.reversed = g.reversed_stays = g.healthy;
+  g.reversed_begins = logNormal(y.value + yaw_rate_, y.free);  // no body jumps, but the sign does
+  if (!turning_) return;
+  const Normal& x = wheels.difference;
+  const double v = wheels.forward.mean, read = y.value - yaw_.bias();
+  // Mounted so from the start, or since a sample.
+  const double reversed = std::max(logStudent(square(-y.value - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v)),
+                                   logStudent(square(-y.value - yaw_.mean(x.mean, v)), y.variance));
+  g.reversed = read * x.mean < 0.0 && std::abs(read) > kDeadZone ? reversed : std::min(reversed, g.healthy);
+  // A body that slides goes on as it did, so the samples of the ground's memory are one. It does not do so for long.
+  const double swing = 0.5 * square(std::max(turnAgainst(y), -1.0)), advantage = g.reversed - (g.slides - swing);
+  const double part = std::min(1.0, step / YawPrediction::kGroundMemory);
+  g.reversed_stays = std::min(g.reversed, g.slides + part * advantage);
+}
+
+/// Repetitions, which a frozen gyro alone explains. A value is left behind where the prediction has gone away from it
+/// since it is new. A driver may have a dead zone: its zeros say nothing of a robot that need not turn.
+void BodyMonitor::weighRepetition(const GyroSample& y, bool moving, GyroEvidence& g) {
+  const bool repeats = gyro_repetition_.repeats(y.value), zero = y.value == 0.0;
+  const double predicted = y.value - y.error;
+  if (!repeats) predicted_ = predicted;
+  const auto far = [&y](double distance) { return square(distance) > kLargestRatio * y.variance; };
+  const bool left = zero ? turning_ : far(y.error) && far(predicted - predicted_);
+  gyro_kind_ = left ? Repetition::under_way : moving ? Repetition::moving : Repetition::rest;
+  const double chance = repeats && zero && !turning_ ? 0.0 : gyro_repetition_.logChance(y.value, gyro_kind_);
   const std::initializer_list<double*> densities = {
       &g.healthy,       &g.slides,   &g.slides_begins,   &g.struck,        &g.struck_begins, &g.ground,
       &g.ground_begins, &g.pulled,   &g.pulled_begins,   &g.moved,         &g.moved_begins,  &g.offset,
       &g.offset_begins, &g.reversed, &g.reversed_begins, &g.reversed_stays};
   double best = g.healthy;
   for (const double* p : densities) best = std::max(best, *p);
-  for (double* p : densities) *p = chance + (repeats ? logUnless(gyro_repetition_.held(yaw_rate), *p - best) : *p);
+  for (double* p : densities) *p = chance + (repeats ? logUnless(gyro_repetition_.held(y.value), *p - best) : *p);
+  g.frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
   if (repeats) g.frozen = zero ? std::log(0.5) : 0.0;
-  return g;
 }
 
 BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observation& y, const WheelMotion& wheels,

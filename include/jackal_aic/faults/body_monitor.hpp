@@ -127,7 +127,13 @@ class BodyMonitor {
   static ChannelState stateOf(const Excluded& sensor, double faulty) {
     return sensor ? ChannelState::faulty : faulty > 0.5 ? ChannelState::outlier : ChannelState::ok;
   }
+  struct GyroSample;
   GyroEvidence weighGyro(double yaw_rate, const WheelMotion& wheels, double step);
+  void weighMotion(const GyroSample& y, const WheelMotion& wheels, double last_error, double step, GyroEvidence& g);
+  double turnAgainst(const GyroSample& y) const;
+  void weighOffset(const GyroSample& y, GyroEvidence& g);
+  void weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g);
+  void weighRepetition(const GyroSample& y, bool moving, GyroEvidence& g);
   AccelerationEvidence weighAcceleration(const Observation& y, const WheelMotion& wheels, double step);
   void weighSign(const GyroEvidence& g, double step);
   void judgeExcludedGyro(double yaw_rate, const GyroEvidence& g, double step);
