@@ -327,34 +327,51 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   const bool judged = reads && (wheels.trusted || on_box_) && !wheels.pushed;
   yaw_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
   mirrored_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
-  GyroEvidence g;
-  if (judged) {
-    g = weighGyro(y.yaw_rate, wheels, step);
-    weighSign(g, step);
-    if (gyro_) {
-      judgeExcludedGyro(y.yaw_rate, g, step);
-      g = GyroEvidence{};
-    }
-  }
-  AccelerationEvidence a;
   since_jolt_ += step;
-  if (accelerates) {
-    if (wheels.pushed || said_ == kMoved) {
-      forward_.widen();
-      vertical_.widen();
-    }
-    a = weighAcceleration(y, wheels, step);
-    const double jolted = 1.0 / (1.0 + (1.0 / jolts_ - 1.0) * std::exp(a.healthy - a.jolted));
-    if (jolted > 0.5) since_jolt_ = 0.0;
-    average(jolts_, jolted, step, kJoltsMemory);
-    jolts_ = std::clamp(jolts_, kJolts, kJoltsSliding);
-    if (accelerometer_) {
-      judgeExcludedAccelerometer(a, step);
-      a = AccelerationEvidence{};
-    }
-    if (wheels.pushed) a = AccelerationEvidence{};
+  const GyroEvidence g = judged ? judgeGyro(y.yaw_rate, wheels, step) : GyroEvidence{};
+  const AccelerationEvidence a = accelerates ? judgeAcceleration(y, wheels, step) : AccelerationEvidence{};
+  if (step > 0.0) compare(g, a, wheels.to_stand, step);
+  if (judged) learnGyro(y.yaw_rate, wheels, step);
+  if (reads) {
+    if (!judged) yaw_.restart();
+    yaw_rate_ = y.yaw_rate;
+    compared_ = judged && !gyro_;
   }
-  const double jolts = logMixture(jolts_, a.healthy, a.jolted), slides = logMixture(kJoltsSliding, a.healthy, a.jolted);
+  if (accelerates) learnAcceleration(y.acceleration_z.has_value(), step);
+  difference_change_ = forward_change_ = 0.0;
+  decide(step);
+}
+
+/// Evidence of the gyro; none while it is excluded.
+BodyMonitor::GyroEvidence BodyMonitor::judgeGyro(double yaw_rate, const WheelMotion& wheels, double step) {
+  const GyroEvidence g = weighGyro(yaw_rate, wheels, step);
+  weighSign(g, step);
+  if (!gyro_) return g;
+  judgeExcludedGyro(yaw_rate, g, step);
+  return {};
+}
+
+/// Evidence of the accelerometer; none while it is excluded or the robot is pushed.
+BodyMonitor::AccelerationEvidence BodyMonitor::judgeAcceleration(const Observation& y, const WheelMotion& wheels,
+                                                                 double step) {
+  if (wheels.pushed || said_ == kMoved) {
+    forward_.widen();
+    vertical_.widen();
+  }
+  const AccelerationEvidence a = weighAcceleration(y, wheels, step);
+  const double jolted = 1.0 / (1.0 + (1.0 / jolts_ - 1.0) * std::exp(a.healthy - a.jolted));
+  if (jolted > 0.5) since_jolt_ = 0.0;
+  average(jolts_, jolted, step, kJoltsMemory);
+  jolts_ = std::clamp(jolts_, kJolts, kJoltsSliding);
+  const bool excluded = static_cast<bool>(accelerometer_);
+  if (excluded) judgeExcludedAccelerometer(a, step);
+  return excluded || wheels.pushed ? AccelerationEvidence{} : a;
+}
+
+/// Updates the probabilities of the hypotheses.
+void BodyMonitor::compare(const GyroEvidence& g, const AccelerationEvidence& a, bool to_stand, double step) {
+  const auto jolted = [&a](double share) { return logMixture(share, a.healthy, a.jolted); };
+  const double jolts = jolted(jolts_), slides = jolted(kJoltsSliding), no_jolt = std::log1p(-jolts_);
   Densities stays, begins;
   const auto set = [&](Hypothesis h, double stay, double begin) {
     stays[h] = stay;
@@ -362,56 +379,43 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   };
   set(kHealthy, g.healthy + jolts, g.healthy + jolts);
   set(kSlides, g.slides + slides, g.slides_begins + slides);
-  set(kStruck, g.struck + slides, g.struck_begins + logMixture(kJoltsStruck, a.healthy, a.jolted));
+  set(kStruck, g.struck + slides, g.struck_begins + jolted(kJoltsStruck));
   set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
   set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
   set(kGyroGlitch, g.offset + jolts, g.offset_begins + jolts);
   // A push is a constant force, so the acceleration may have an offset. The gyro has to see the motion.
-  set(kMoved, g.moved + half(slides, a.offset),
-      g.moved_begins + half(logMixture(kJoltsMoved, a.healthy, a.jolted), a.offset_begins));
+  set(kMoved, g.moved + half(slides, a.offset), g.moved_begins + half(jolted(kJoltsMoved), a.offset_begins));
   set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
   set(kGyroOffset, g.offset + jolts, g.offset_begins + jolts);
   set(kGyroReversed, g.reversed_stays + jolts, g.reversed_begins + jolts);
-  const double no_jolt = std::log1p(-jolts_);
   set(kAccelerometerFrozen, g.healthy + no_jolt + a.frozen, g.healthy + no_jolt + a.frozen);
   set(kAccelerometerOffset, g.healthy + no_jolt + a.offset, g.healthy + no_jolt + a.offset_begins);
   set(kUpsideDown, g.reversed_stays + no_jolt + a.upside_down, g.reversed_begins + no_jolt + a.upside_down);
-  if (step > 0.0) filter(stays, begins, wheels.to_stand, step);
+  filter(stays, begins, to_stand, step);
+}
 
-  if (judged && gyro_) gyro_repetition_.update(y.yaw_rate, 0.0, gyro_kind_, 0.0);
-  if (judged && !gyro_) {
-    const double agrees =
-        alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
-    gyro_offset_.update(gyro_error_, gyro_variance_, gyro_begins_.mean, gyro_begins_.variance, fresh_[kGyroOffset],
-                        1.0);
-    slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], wheels.difference.mean);
-    pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], wheels.forward.mean);
-    yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
-    const bool missed = y.yaw_rate == 0.0 && turning_;
-    const double measured = missed ? 0.0 : 1.0 - gyro_repetition_.held(y.yaw_rate);
-    yaw_.learn(y.yaw_rate, wheels.difference, wheels.forward.mean, step, agrees * measured);
-    mirrored_.learn(-y.yaw_rate, wheels.difference, wheels.forward.mean, step, measured, false);
-    if (y.yaw_rate == 0.0 && !turning_) {
-      gyro_repetition_.pass(y.yaw_rate);
-    } else {
-      gyro_repetition_.update(y.yaw_rate, std::abs(yaw_.slope() * difference_change_), gyro_kind_, agrees);
-    }
-  } else if (reads && !judged) {
-    yaw_.restart();
-  }
-  if (reads) {
-    yaw_rate_ = y.yaw_rate;
-    compared_ = judged && !gyro_;
-  }
-  if (accelerates) {
-    const double healthy = accelerometer_ ? 0.0 : 1.0 - accelerometerFaulty() - alpha_[kMoved],
-                 explained = std::abs(rate_);
-    const bool excluded = static_cast<bool>(accelerometer_);
-    forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], excluded, step);
-    if (y.acceleration_z) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], excluded, step);
-  }
-  difference_change_ = forward_change_ = 0.0;
-  decide(step);
+void BodyMonitor::learnGyro(double yaw_rate, const WheelMotion& wheels, double step) {
+  if (gyro_) return gyro_repetition_.update(yaw_rate, 0.0, gyro_kind_, 0.0);
+  const double x = wheels.difference.mean, v = wheels.forward.mean;
+  const double agrees =
+      alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
+  gyro_offset_.update(gyro_error_, gyro_variance_, gyro_begins_.mean, gyro_begins_.variance, fresh_[kGyroOffset], 1.0);
+  slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], x);
+  pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], v);
+  yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
+  const bool zero = yaw_rate == 0.0;
+  const double measured = zero && turning_ ? 0.0 : 1.0 - gyro_repetition_.held(yaw_rate);
+  yaw_.learn(yaw_rate, wheels.difference, v, step, agrees * measured);
+  mirrored_.learn(-yaw_rate, wheels.difference, v, step, measured, false);
+  if (zero && !turning_) return gyro_repetition_.pass(yaw_rate);
+  gyro_repetition_.update(yaw_rate, std::abs(yaw_.slope() * difference_change_), gyro_kind_, agrees);
+}
+
+void BodyMonitor::learnAcceleration(bool vertical, double step) {
+  const bool excluded = static_cast<bool>(accelerometer_);
+  const double healthy = excluded ? 0.0 : 1.0 - accelerometerFaulty() - alpha_[kMoved], explained = std::abs(rate_);
+  forward_.learn(explained, highest_ - lowest_, healthy, fresh_[kAccelerometerOffset], excluded, step);
+  if (vertical) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], excluded, step);
 }
 
 void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool to_stand, double step) {

@@ -135,6 +135,11 @@ class BodyMonitor {
   void weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g);
   void weighRepetition(const GyroSample& y, bool moving, GyroEvidence& g);
   AccelerationEvidence weighAcceleration(const Observation& y, const WheelMotion& wheels, double step);
+  GyroEvidence judgeGyro(double yaw_rate, const WheelMotion& wheels, double step);
+  AccelerationEvidence judgeAcceleration(const Observation& y, const WheelMotion& wheels, double step);
+  void compare(const GyroEvidence& g, const AccelerationEvidence& a, bool to_stand, double step);
+  void learnGyro(double yaw_rate, const WheelMotion& wheels, double step);
+  void learnAcceleration(bool vertical, double step);
   void weighSign(const GyroEvidence& g, double step);
   void judgeExcludedGyro(double yaw_rate, const GyroEvidence& g, double step);
   void judgeExcludedAccelerometer(const AccelerationEvidence& a, double step);
