@@ -211,7 +211,7 @@ class StartAndStop(unittest.TestCase):
             self.robot.rest()
             self.drive(0.0, 0.5)
             self.robot.command(0.0)
-            self.robot.run(0.5 if number == signal.SIGTERM else 10.5)
+            self.robot.run(0.5 if number == signal.SIGTERM else 12.0)  # it is written every 10 s, the last time at rest
             learned = self.track()
             self.assertAlmostEqual(learned, TRUE, delta=TOLERANCE)
             self.end(process, number)
