@@ -241,12 +241,13 @@ faults::Normal WheelMonitor::turns(bool measured) const {
     const auto [low, high] = hold_.longest() > 0.0 ? held_.possible : possible();
     return {belief_.speed(), speedVariance() + square(high - low)};
   }
-  // The belief, which has less noise, moved to within the noise of the measurement. Held values and values outside the
-  // reachable interval are uncertain.
-  const double variance = parameters_.wheel_variance + resolutionVariance(), noise = std::sqrt(variance);
-  const auto beyond = [noise](double error) { return error - std::clamp(error, -noise, noise); };
-  const double off = beyond(measured_ - belief_.speed()), held = hold_.held() > 0.0 ? off : 0.0;
-  return {belief_.speed() + off, variance + square(held) + square(kDoubtful * beyond(error_))};
+  // The belief, which has less noise, moved to within the deviation of the measurement. Held values and values outside
+  // the reachable interval are uncertain.
+  const double variance = parameters_.wheel_variance + resolutionVariance(), deviation = std::sqrt(variance);
+  const auto beyond = [](double error, double most) { return error - std::clamp(error, -most, most); };
+  const double off = beyond(measured_ - belief_.speed(), deviation), held = hold_.held() > 0.0 ? off : 0.0;
+  const double doubt = kDoubtful * beyond(error_, kNoise * deviation);
+  return {belief_.speed() + off, variance + square(held) + square(doubt)};
 }
 
 double WheelMonitor::variance() const {
