@@ -17,7 +17,7 @@ namespace {
 // How often hypotheses begin [1/s], and how long they last on average [s].
 constexpr double kFaultRate = 1e-5, kRepairTime = 100.0;   // one in a day of driving
 constexpr double kSlideRate = 0.05, kSlideTime = 0.3;      // a sill, a jolt, ice
-constexpr double kStrikeRate = 0.001, kStrikeTime = 0.15;  // a kerb
+constexpr double kStrikeRate = 0.001, kStrikeTime = 0.15;  // a kerb, and its taking back
 constexpr double kGlitchRate = 1e-4, kGlitchTime = 0.03;   // an offset of the gyro that ends by itself
 constexpr double kPushRate = 0.01, kPushTime = 2.0;        // somebody moves a robot that is to stand
 constexpr double kGroundTime = 3.0;                        // after which another slip is the usual one
@@ -158,11 +158,14 @@ bool BodyMonitor::shaken() const { return since_jolt_ < kShaken || alpha_[kStruc
 
 /// A sample of the gyro against its prediction.
 struct BodyMonitor::GyroSample {
-  double value, change;        // yaw rate, and since the last sample [rad/s]
-  double error, error_change;  // e, and since the last sample [rad/s]
-  double variance;             // S of the error [(rad/s)^2]
-  double free;                 // of the change of a body that turns by itself [(rad/s)^2]
-  double asked;                // yaw rate by the wheels [rad/s]
+  double value, change;      // yaw rate, and since the last sample [rad/s]
+  double error, last_error;  // e, and that of the last sample [rad/s]
+  double variance;           // S of the error [(rad/s)^2]
+  double free;               // of the change of a body that turns by itself [(rad/s)^2]
+  double asked;              // yaw rate by the wheels [rad/s]
+
+  /// Change of the error, by which an offset begins.
+  Normal jump() const { return {error - last_error, free}; }
 };
 
 BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMotion& wheels, double step) {
@@ -173,10 +176,9 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   turning_ = yaw_.leastTurn(x) > kDeadZone;
   const double free = square(step) * (square(kBodyAcceleration) + square(kTurnChange * s * x.mean)) +
                       square(s * difference_change_) + 2.0 * yaw_.noise();
-  const GyroSample y{yaw_rate,  yaw_rate - yaw_rate_, gyro_error_, gyro_error_ - last_error, gyro_variance_, free,
-                     s * x.mean};
+  const GyroSample y{yaw_rate, yaw_rate - yaw_rate_, gyro_error_, last_error, gyro_variance_, free, s * x.mean};
   GyroEvidence g;
-  weighMotion(y, wheels, last_error, step, g);
+  weighMotion(y, wheels, step, g);
   weighOffset(y, g);
   weighReversal(y, wheels, step, g);
   weighRepetition(y, wheels.turn, g);
@@ -184,8 +186,7 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
 }
 
 /// What the body does.
-void BodyMonitor::weighMotion(const GyroSample& y, const WheelMotion& wheels, double last_error, double step,
-                              GyroEvidence& g) {
+void BodyMonitor::weighMotion(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g) {
   const double e = y.error, S = y.variance, v = wheels.forward.mean;
   const double usual = logStudent(square(e), S), any = std::log(kOutliers) + logNormal(e, square(kOffsetScale));
   gyro_outlier_ = any > usual;
@@ -193,8 +194,8 @@ void BodyMonitor::weighMotion(const GyroSample& y, const WheelMotion& wheels, do
   g.slides = logNormal(y.change, y.free);
   g.slides_begins = logNormal(e, y.free + S);  // from where its wheels had it
   // The tyres take it back, or another wheel holds it. What happened while the wheels did not tell is unknown.
-  const double half_taken_back = -0.5 * std::expm1(-step / kStrikeTime) * last_error;
-  g.struck = logNormal(y.error_change + half_taken_back, y.free + square(half_taken_back));
+  const double half_taken_back = -0.5 * std::expm1(-step / kStrikeTime) * y.last_error;
+  g.struck = logNormal(y.jump().mean + half_taken_back, y.free + square(half_taken_back));
   g.struck_begins = logNormal(e, square(compared_ ? kStrike : kOffsetScale) + S);
   g.ground = slip_offset_.stays(e, S, wheels.difference.mean);
   // No body jumps: the new slip is what it has come to.
@@ -218,10 +219,11 @@ void BodyMonitor::weighOffset(const GyroSample& y, GyroEvidence& g) {
   g.offset = gyro_offset_.stays(y.error, y.variance);
   // Where the body does not follow its wheels, an offset shows as a jump.
   const double sliding = compared_ ? std::min(1.0, kNone + alpha_[kSlides] + alpha_[kStruck]) : kNone;
-  const double level = gyro_offset_.begins(y.error, y.variance), jump = gyro_offset_.begins(y.error_change, y.free);
-  g.offset_begins = logMixture(sliding, level, jump);
-  const bool jumps = std::log(sliding) + jump > std::log1p(-sliding) + level;
-  gyro_begins_ = jumps ? Normal{y.error_change, y.free} : Normal{y.error, y.variance};
+  const Normal level{y.error, y.variance}, jump = y.jump();
+  const double of_level = gyro_offset_.begins(level.mean, level.variance),
+               of_jump = gyro_offset_.begins(jump.mean, jump.variance);
+  g.offset_begins = logMixture(sliding, of_level, of_jump);
+  gyro_begins_ = std::log(sliding) + of_jump > std::log1p(-sliding) + of_level ? jump : level;
 }
 
 void BodyMonitor::weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g) {
@@ -399,7 +401,7 @@ void BodyMonitor::learnGyro(double yaw_rate, const WheelMotion& wheels, double s
   const double x = wheels.difference.mean, v = wheels.forward.mean;
   const double agrees =
       alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
-  gyro_offset_.update(gyro_error_, gyro_variance_, gyro_begins_.mean, gyro_begins_.variance, fresh_[kGyroOffset], 1.0);
+  gyro_offset_.update(gyro_error_, gyro_variance_, fresh_[kGyroOffset], gyro_begins_);
   slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], x);
   pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], v);
   yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);

@@ -122,7 +122,6 @@ TEST(WheelMonitor, AWheelThatSomebodyElseDrivesIsFollowed) {
   EXPECT_LT(wheel.monitor.turns(false).variance, 0.1) << "it does not come from rest";
 }
 
-/// Stiction: a wheel that stands starts at 0.75 rad/s, and one that turns goes on down to rest.
 TEST(WheelMonitor, AWheelThatCreepsTurnsAsMeasuredWithinTheNoise) {
   WheelMonitor wheel(FaultParameters{}, model(), kRadius);
   wheel.start(0.0);
@@ -133,6 +132,7 @@ TEST(WheelMonitor, AWheelThatCreepsTurnsAsMeasuredWithinTheNoise) {
   }
 }
 
+/// Stiction: a wheel that stands starts at 0.75 rad/s, and one that turns goes on down to rest.
 TEST(WheelMonitor, AWheelThatSticksAtASmallCommandAndThenStartsIsNoFault) {
   for (const double sign : {1.0, -1.0}) {
     WatchedWheel wheel;

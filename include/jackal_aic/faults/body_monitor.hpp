@@ -129,7 +129,7 @@ class BodyMonitor {
   }
   struct GyroSample;
   GyroEvidence weighGyro(double yaw_rate, const WheelMotion& wheels, double step);
-  void weighMotion(const GyroSample& y, const WheelMotion& wheels, double last_error, double step, GyroEvidence& g);
+  void weighMotion(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g);
   double turnAgainst(const GyroSample& y) const;
   void weighOffset(const GyroSample& y, GyroEvidence& g);
   void weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g);

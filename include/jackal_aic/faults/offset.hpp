@@ -29,11 +29,17 @@ class Offset {
   }
 
   /// Kalman update of b, a mixture of one that stays and one that begins. @param fresh weight of the latter.
-  void update(double e, double S, double fresh, double h = 1.0) { update(e, S, e, S, fresh, h); }
+  void update(double e, double S, double fresh, double h = 1.0) {
+    mix(posterior(b_, e, S, h), posterior({0.0, prior_}, e, S, h), fresh);
+  }
 
-  /// The same, with the error c and variance C by which begins() was called.
-  void update(double e, double S, double c, double C, double fresh, double h) {
-    const Normal stayed = posterior(b_, e, S, h), begun = posterior({0.0, prior_}, c, C, h);
+  /// The same. @param begins error with its variance, of which begins() was asked.
+  void update(double e, double S, double fresh, const Normal& begins) {
+    mix(posterior(b_, e, S, 1.0), posterior({0.0, prior_}, begins.mean, begins.variance, 1.0), fresh);
+  }
+
+ private:
+  void mix(const Normal& stayed, const Normal& begun, double fresh) {
     const double mean = fresh * begun.mean + (1.0 - fresh) * stayed.mean;
     b_.variance = fresh * (begun.variance + square(begun.mean - mean)) +
                   (1.0 - fresh) * (stayed.variance + square(stayed.mean - mean));
@@ -41,7 +47,6 @@ class Offset {
     if (beyond(b_) < std::log(kSpent)) b_ = {0.0, prior_};  // what is left of it has to begin again
   }
 
- private:
   static Normal posterior(const Normal& b, double e, double S, double h) {
     const double K = h * b.variance / (S + h * h * b.variance);
     return {b.mean + K * (e - h * b.mean), (1.0 - K * h) * b.variance};
