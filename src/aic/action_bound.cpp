@@ -14,9 +14,10 @@ constexpr double kMemory = 0.04;       // s, time constant of the measured accel
 
 }  // namespace
 
-ActionBound::ActionBound(const std::optional<PlantModel>& model, double wheel_radius, double period) : period_(period) {
+ActionBound::ActionBound(const std::optional<PlantModel>& model, const GeometryParameters& geometry, double period)
+    : period_(period), sides_(geometry, model && !model->on_box) {
   if (!model) return;
-  acceleration_ = model->acceleration_limit / wheel_radius;
+  acceleration_ = model->acceleration_limit / geometry.wheel_radius;
   gain_ = model->gain;
   dead_zone_ = DeadZone(*model);
   ramp_ = acceleration_ * period / gain_;
@@ -32,11 +33,15 @@ void ActionBound::Wheel::observe(double measured_at, double measured) {
 void ActionBound::observe(const Observation& observation, const ChannelValidity& measured) {
   if (!measured.wheel_left) wheels_[0] = {};
   if (!measured.wheel_right) wheels_[1] = {};
+  sides_.observe(observation, measured);
   wheels_[0].observe(observation.stamp, observation.wheel_left);
   wheels_[1].observe(observation.stamp, observation.wheel_right);
 }
 
-void ActionBound::resetMeasurements() { wheels_ = {}; }
+void ActionBound::resetMeasurements() {
+  wheels_ = {};
+  sides_.reset();
+}
 
 void ActionBound::apply(const WheelVector& applied) {
   const WheelVector effective = applied.unaryExpr([this](double u) { return dead_zone_.effective(u); });
@@ -63,7 +68,7 @@ WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wan
     next(i) = std::clamp(next(i), std::min(action(i), dead_zone_.command(commands.low / gain_)),
                          std::max(action(i), dead_zone_.command(commands.high / gain_)));
   }
-  return next;
+  return sides_.bound(action, next, (goal / gain_).unaryExpr([this](double v) { return dead_zone_.command(v); }));
 }
 
 bool ActionBound::acceleratesTo(double goal, const Wheel& wheel) const {

@@ -41,7 +41,7 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
       kinematics_(geometry),
       inference_(GenerativeModel(controller, geometry), gainsOf(controller)),
       sensors_(controller.orders, shortestGap(controller, plant_model), thresholds::kGap),
-      bound_(plant_model_, geometry.wheel_radius, controller.actionStep()),
+      bound_(plant_model_, geometry, controller.actionStep()),
       standstill_(plant_model_ ? std::make_optional<Standstill>() : std::nullopt) {}
 
 SampleVerdict ActiveInferenceController::observe(const Observation& observation) {

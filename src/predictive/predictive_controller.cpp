@@ -71,6 +71,7 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       inner_steps_(static_cast<int>(std::lround(1.0 / (parameters.belief_rate * WheelBelief::kStep)))),
       left_(parameters, model, geometry.wheel_radius),
       right_(left_),
+      sides_(geometry, !model.on_box),
       yaw_(yawParameters(parameters)),
       traction_(parameters.turning_centre),
       slip_(slipBeliefOf(parameters, geometry, model)),
@@ -94,6 +95,7 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   observation_step_ = first ? 0.0 : observation.stamp - observation_.stamp;
   if (!first) learnTurn(observation);
   observation_ = observation;
+  sides_.observe(observation, observation.valid);
   believeMissing(observation_);
   observed_ = started_ = true;
   if (!first) return SampleVerdict::accepted;
@@ -239,8 +241,13 @@ void PredictiveController::correctForwardSpeed(const Observation& y) {
 WheelCommand PredictiveController::updateAction() {
   if (!started_) return action();
   const WheelVector input = inputs();
+  const WheelVector before(left_.effectiveAction(), right_.effectiveAction());
   left_.act(input(0));
   right_.act(input(1));
+  const WheelVector sides =
+      sides_.bound(before, {left_.effectiveAction(), right_.effectiveAction()}, input / configured_model_.gain);
+  left_.limit(sides(0));
+  right_.limit(sides(1));
   const bool has_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
   // Within the dead zone an effective command of zero is a large command without effect.
   const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
@@ -312,6 +319,7 @@ void PredictiveController::restart() {
   traction_.restart();
   drive_train_.resetMotion();
   uncertainty_.resetMotion();
+  sides_.reset();
 }
 
 void PredictiveController::reset() {

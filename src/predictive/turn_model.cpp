@@ -8,6 +8,7 @@
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/robot_range.hpp"
 #include "jackal_aic/model/square.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
@@ -18,7 +19,6 @@ namespace {
 constexpr double kRangeDeviations = 2.5;   // of q_1 within its range
 constexpr double kLeastDeviation = 0.01;   // least deviation of q_1, relative to c, for a range near 1
 constexpr double kMotionDeviation = 0.05;  // of q_2 and q_4, relative to c, per m/s
-constexpr double kVeerDeviation = 0.03;    // of q_3: the usual relative difference of tyres
 constexpr double kGroundDeviation = 0.04;  // sigma_h
 constexpr double kGroundTime = 0.5;        // T_h [s]
 constexpr double kLeastNoise = 0.01;       // least sigma_w, of a smooth floor
@@ -28,7 +28,6 @@ constexpr double kLargestMotion = 0.5;     // of q_2 and q_4, relative to c, per
 constexpr double kLargestVeer = 0.1;       // of q_3: three times the usual difference of tyres
 constexpr double kNoiseEvidence = 2.0;     // N_0
 constexpr double kSample = 0.02;           // s
-constexpr double kSlack = 4.0 / 3.0;       // factor on the range: a turn within it counts as one at the bound
 constexpr double kCertainVeer =
     0.03;  // least deviation of the veer / prior's deviation: a smaller one would adapt too slowly
 
@@ -45,7 +44,7 @@ TurnModel::TurnModel(double ratio, double range)
       evidence_(kNoiseEvidence) {
   mean_(0) = ratio;
   const double of_range = std::max(kLeastDeviation, (range - 1.0) / kRangeDeviations);
-  const Eigen::Vector4d deviations(of_range, kMotionDeviation, kVeerDeviation, kMotionDeviation);
+  const Eigen::Vector4d deviations(of_range, kMotionDeviation, kVeer, kMotionDeviation);
   prior_ = (ratio * deviations).cwiseAbs2().cwiseInverse().asDiagonal();
   covariance_.topLeftCorner<4, 4>() = (ratio * deviations).cwiseAbs2().asDiagonal();
   covariance_(4, 4) = square(kGroundDeviation);
@@ -65,8 +64,8 @@ double TurnModel::perDifference(double x, double v) const { return ratio(x, v, g
 
 bool TurnModel::plausible(double yaw_rate, double x, double v) const {
   if (std::abs(x) <= thresholds::kSlow)
-    return std::abs(yaw_rate) <= kSlack * configured_ * (kLargestVeer * std::abs(v) + thresholds::kSlow);
-  const double of_asked = yaw_rate / (configured_ * x), most = kSlack * range_;
+    return std::abs(yaw_rate) <= kTurnSlack * configured_ * (kLargestVeer * std::abs(v) + thresholds::kSlow);
+  const double of_asked = yaw_rate / (configured_ * x), most = kTurnSlack * range_;
   return of_asked >= 1.0 / most && of_asked <= most;
 }
 

@@ -21,7 +21,7 @@ PlantModel ground() {
   return model;
 }
 
-ActionBound bound() { return {ground(), kRadius, kPeriod}; }
+ActionBound bound() { return {ground(), {}, kPeriod}; }
 
 TEST(ActionBound, RampsWithTheMotorsOnTheCurvature) {
   ActionBound bound = ::jackal_aic::bound();
@@ -76,7 +76,7 @@ TEST(ActionBound, WheelsRampTogether) {
 TEST(ActionBound, StopEndsAtZeroWhileTheWheelMoves) {
   PlantModel quick = ground();
   quick.acceleration_limit = 100.0;
-  ActionBound bound(quick, kRadius, kPeriod);
+  ActionBound bound(quick, {}, kPeriod);
   Observation moving;
   moving.wheel_left = moving.wheel_right = 10.0;
   WheelVector action(10.0, 10.0);

@@ -23,6 +23,7 @@
 
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/side_balance.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
@@ -34,8 +35,8 @@ class ActionBound {
   /// motor with an integral in its velocity loop runs back after a faster fall.
   static constexpr double kShortestStop = 0.3;
 
-  /// @param model drive train of the robot, if it is known; @param wheel_radius r [m]; @param period of the action [s].
-  ActionBound(const std::optional<PlantModel>& model, double wheel_radius, double period);
+  /// @param model drive train of the robot, if it is known; @param period of the action [s].
+  ActionBound(const std::optional<PlantModel>& model, const GeometryParameters& geometry, double period);
 
   /// Takes a measurement with a value in every channel. @param measured the channels that were measured; a wheel
   /// without a measured speed has an unknown acceleration.
@@ -72,7 +73,8 @@ class ActionBound {
   DeadZone dead_zone_{PlantModel{}};                               // of the motors
   double ramp_ = 0.0;                                              // of a motor at its limit, in a period [rad/s]
   WheelVector followed_ = WheelVector::Zero();                     // effective command [rad/s]
-  std::array<Wheel, 2> wheels_;                                    // left and right
+  SideBalance sides_;
+  std::array<Wheel, 2> wheels_;  // left and right
 };
 
 }  // namespace jackal_aic

@@ -17,6 +17,12 @@ inline constexpr double kGainRange = 1.5;
 /// (clearpath_robot#280) is within both from 3 cm/s on.
 inline constexpr double kSpeedRange = 0.35;
 
+/// Usual relative difference of the tyres' radii, and so of the speeds of both sides on a straight line.
+inline constexpr double kVeer = 0.03;
+
+/// Factor on the range of the turn (robot.track_range): a turn within it counts as one at the bound.
+inline constexpr double kTurnSlack = 4.0 / 3.0;
+
 /// An interval of values.
 struct Range {
   double low;   ///< least

@@ -23,6 +23,7 @@
 #include "jackal_aic/aic/velocity_controller.hpp"
 #include "jackal_aic/model/geometry.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/side_balance.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/traction_belief.hpp"
 #include "jackal_aic/model/types.hpp"
@@ -153,6 +154,7 @@ class PredictiveController : public VelocityController {
   int inner_steps_;   // of the beliefs in a belief step
   WheelController left_;
   WheelController right_;
+  SideBalance sides_;
   YawRateBelief yaw_;
   TractionBelief traction_;
   SlipBelief slip_;

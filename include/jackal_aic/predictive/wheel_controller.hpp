@@ -41,6 +41,9 @@ class WheelController {
   /// One action step with this input w* [rad/s].
   void act(double input);
 
+  /// Changes the action to this effective command [rad/s].
+  void limit(double effective) { drive(dead_zone_.command(effective), effective); }
+
   /// Takes the driven part of the last action [rad/s]; the path continues from it.
   void hold(double applied);
 
