@@ -289,10 +289,13 @@ TEST(WheelMonitor, StartsAtItsSpeedAndWithNoFault) {
       wheel.expectBand(speed, speed, 1e-6);
       ASSERT_LT(wheel.monitor.turns(false).variance, 0.1);
     }
-    wheel.look(speed, speed - 4.0);
-    EXPECT_TRUE(wheel.monitor.suspect());
-    EXPECT_FALSE(wheel.monitor.recovering()) << "a start forgets how far it was off";
   }
+  Wheel off(model(), exactParameters());
+  off.keep(8.0).show(0.0, 3);
+  off.monitor.start(5.0);
+  off.look(5.0, 3.0);
+  EXPECT_TRUE(off.monitor.suspect());
+  EXPECT_FALSE(off.monitor.recovering()) << "a start forgets how far it was off";
 }
 
 TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
