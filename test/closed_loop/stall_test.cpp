@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
-#include <string>
 
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"

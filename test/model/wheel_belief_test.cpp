@@ -36,21 +36,6 @@ TEST(WheelBelief, PredictsDeadTimeAndLag) {
   }
 }
 
-TEST(WheelBelief, FindsAConstantDisturbance) {
-  // A wheel with 20 % more gain than believed: at u = 4 the disturbance is 0.8 rad/s.
-  WheelBelief wheel(model(0.04, 0.02), kRadius, {});
-  WheelBelief truth(model(0.04, 0.02), kRadius, {});
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise(0.0, 0.03);
-  for (int k = 1; k <= 2000; ++k) {
-    wheel.predict(4.0);
-    truth.predict(4.8);
-    if (k % 20 == 0) wheel.correct(truth.speed() + noise(random));
-  }
-  EXPECT_NEAR(wheel.disturbance(), 0.8, 0.05);
-  EXPECT_NEAR(wheel.speed(), 4.8, 0.05);
-}
-
 /// Largest disturbance that is believed while a wheel follows a step of 1 rad/s late and slowly, and how long after it
 /// a wheel that turns 20 % faster than asked is known to do so to a tenth [s].
 std::pair<double, double> largestOfASoftLoop(double timing_time_constant, double gain) {
