@@ -117,15 +117,6 @@ TEST(FaultIsolation, SpikesOfAnEncoderAreAFaultIfTheyComeOften) {
   }
 }
 
-TEST(FaultIsolation, AGoodSampleNowAndThenDoesNotClearAWheel) {
-  Robot robot = settled();
-  int k = 0;
-  robot.drive(kStraight, 25, [&k](Observation& y) {
-    if (k++ % 4 != 3) Off{-5.0, 1.0}(y);
-  });
-  EXPECT_TRUE(robot.monitor.report().drive_left);
-}
-
 TEST(FaultIsolation, TwoKerbsAreNotOne) {
   for (const bool left : {true, false}) {
     Robot robot = settled();
@@ -218,6 +209,7 @@ TEST(FaultIsolation, ChannelsThatWereLostKeepTheirVerdictAndAreJudgedAgain) {
   EXPECT_EQ(after([](Observation& y) { y.acceleration_x += 12.0; }), Fault::accelerometer_disagrees);
   Robot faulty = settled();
   faulty.drive(kStraight, 20, [](Observation& y) { y.yaw_rate += 0.3, y.acceleration_x += 20.0; });
+  EXPECT_FALSE(faulty.monitor.report().moved) << "it drives";
   const FaultReport& lost = faulty.drive(kStraight, 2 * kSecond, lose);
   EXPECT_EQ(lost.gyro.state, ChannelState::faulty);
   EXPECT_EQ(lost.accelerometer.state, ChannelState::faulty);
@@ -392,15 +384,6 @@ TEST(FaultIsolation, ABodyThatIsMovedOnSlidingTyresBlamesNobodyWhileItIsAndAfter
       ASSERT_TRUE(robot.monitor.report().valid().all()) << turned << ", " << k;
     }
   }
-}
-
-TEST(FaultIsolation, ARobotThatDrivesIsNotMoved) {
-  Robot robot = settled();
-  const FaultReport& report =
-      robot.drive(kStraight, 25, [](Observation& y) { y.yaw_rate += 1.0, y.acceleration_x += 15.0; });
-  EXPECT_FALSE(report.moved);
-  EXPECT_EQ(report.gyro.state, ChannelState::faulty);
-  EXPECT_EQ(report.accelerometer.state, ChannelState::faulty);
 }
 
 // ---- what is known of the commands
