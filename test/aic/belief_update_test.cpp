@@ -77,21 +77,6 @@ TEST(BeliefUpdate, LinksNoMotionWithAnother) {
   }
 }
 
-TEST(BeliefUpdate, StepIsTheWholeMap) {
-  for (int p = 0; p <= kMaxOrders; ++p) {
-    const GenerativeModel model(gains(p, 0.01, 0.1), {});
-    const BeliefUpdate update(model, 0.1, 0.001, Integrator::exact);
-    GeneralizedBody mu = GeneralizedBody::Random(kBodySize, p + 1);
-    const GeneralizedBody mu_d = generalizedSetPoint({0.5, 0.1, -0.3}, p);
-    const GeneralizedSensor y = GeneralizedSensor::Random(kSensorSize, p + 1);
-    const GeneralizedBody b = beliefDerivative(model, 0.1, still(model), y, mu_d);
-    const Eigen::VectorXd expected = update.transition() * Eigen::Map<Eigen::VectorXd>(mu.data(), mu.size()) +
-                                     update.inputTransition() * Eigen::Map<const Eigen::VectorXd>(b.data(), b.size());
-    update.step(mu, y, mu_d);
-    EXPECT_TRUE(expected.isApprox(Eigen::Map<Eigen::VectorXd>(mu.data(), mu.size()), 1e-13)) << "p " << p;
-  }
-}
-
 TEST(BeliefUpdate, IsDissipativeAndStableForEveryGainOfTheThesis) {
   for (double tau : {0.03, 0.01, 0.005, 0.001, 0.0002}) {
     for (double kappa_mu : {0.01, 0.05, 0.1, 1.0, 3.0}) {

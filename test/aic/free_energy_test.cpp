@@ -79,16 +79,5 @@ TEST(FreeEnergy, ErrorsAreThoseOfThePaper) {
   }
 }
 
-TEST(FreeEnergy, ActionGradientUsesOrderZeroOnly) {
-  Scene scene(3);
-  GeneralizedSensor error = scene.measurement;
-  const WheelVector gradient = actionGradient(scene.model, error);
-  const WheelVector expected =
-      scene.model.forward_model * scene.model.sensory_precision.col(0).asDiagonal() * error.col(0);
-  EXPECT_TRUE(gradient.isApprox(expected));
-  error.rightCols(3).setConstant(1e3);
-  EXPECT_EQ(actionGradient(scene.model, error), gradient);
-}
-
 }  // namespace
 }  // namespace jackal_aic

@@ -151,23 +151,5 @@ INSTANTIATE_TEST_SUITE_P(RatesIntegratorsMotions, ReducesToTheThesis,
                                           testing::Values(Integrator::exact, Integrator::euler),
                                           testing::Values(Motion::forward, Motion::turn)));
 
-TEST(Reduction, BeliefWithTheGoalInItIsBiased) {
-  // A wheel that does not move at all: with the goal in the place of the command the belief goes part of the way to it,
-  // with the command, which is zero, it stays.
-  const GeometryParameters geometry;
-  const Reduction reduction = reduce(thesis(50.0, Integrator::exact), geometry, Motion::forward);
-  const double goal = 0.5 / geometry.wheel_radius;
-  WheelBelief with_goal(reduction.model, geometry.wheel_radius, reduction.belief), without(with_goal);
-  for (int k = 1; k <= 1000; ++k) {
-    with_goal.predict(goal);
-    without.predict(0.0);
-    if (k % 20 != 0) continue;
-    with_goal.correct(0.0);
-    without.correct(0.0);
-  }
-  EXPECT_GT(geometry.wheel_radius * with_goal.speed(), 0.1);
-  EXPECT_NEAR(geometry.wheel_radius * without.speed(), 0.0, 1e-12);
-}
-
 }  // namespace
 }  // namespace jackal_aic

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
-#include <string>
 
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "jackal_plant.hpp"
@@ -82,32 +81,6 @@ TEST(Stall, StopOfTheMotorsByThemselvesIsNoDisturbance) {
             }),
             kSpeed + 0.05)
       << "without the drive loop it would be one";
-}
-
-/// Quiet wheels a little off their model: their coarse encoder repeats its value from before the stall.
-TEST(Stall, QuietWheelsOffTheirModelAreNotFrozenAfterIt) {
-  DriveParameters open_loop = parameters();
-  open_loop.controller = DifferentialDriveParameters{};
-  open_loop.open_loop_monitored = true;
-  open_loop.plant_model->sensor_rate = 20.0;
-  PlantParameters robot = setup().plant;
-  robot.sensor_rate = 20.0;
-  robot.encoder_step = 0.02;
-  robot.encoder_noise = 0.005;
-  for (const double gain : {0.95, 1.05}) {
-    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-      robot.wheel_gain = gain;
-      robot.seed = seed;
-      DriveLoop loop(open_loop, makeController(open_loop));
-      JackalPlant plant = plantOf(robot);
-      for (; plant.time() < kEnd; plant.step()) {
-        const bool stalled = plant.time() >= kStall && plant.time() < kStall + 0.5;
-        if (!stalled) serve(loop, plant, {0.3, 0.0, 0.0});
-      }
-      EXPECT_GT(loop.status().dropped_periods, 0u);
-      EXPECT_EQ(loop.status().faults_detected, 0u) << gain << ", seed " << seed << ": " << reason(loop.status());
-    }
-  }
 }
 
 /// Time until a bias of the gyro is found in a turn of a new robot, whose clock begins at zero [s].

@@ -9,6 +9,7 @@
 #include <regex>
 
 #include "jackal_aic/aic/parameters.hpp"
+#include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 
 namespace jackal_aic {
@@ -55,6 +56,21 @@ TEST(YamlBlock, HasEveryFieldWithItsUnit) {
   addYamlText(text, "text", map);
   EXPECT_EQ(readParameters<ControllerParameters>(map, "controller").tau, 0.02);
   EXPECT_NO_THROW(map.refuseUnknown());
+}
+
+TEST(OnOneLine, EscapesWhatATerminalObeys) {
+  EXPECT_EQ(onOneLine("two\nlines\tand\r\n"), "two lines and  ");
+  EXPECT_EQ(onOneLine("\x1b[31m\x07\x7f"), "\\x1b[31m\\x07\\x7f");
+  EXPECT_EQ(onOneLine(std::string("a\0b", 3)), "a\\x00b");
+  EXPECT_EQ(onOneLine("J\u00f6rg"), "J\u00f6rg");
+}
+
+TEST(Shortened, CutsBetweenCharacters) {
+  const std::string before(79, 'a');
+  EXPECT_EQ(shortened(before + "b"), before + "b");
+  EXPECT_EQ(shortened(before + "\u00e9\u00e9"), before + "...");
+  EXPECT_EQ(shortened(before.substr(1) + "\u00e9\u00e9"), before.substr(1) + "\u00e9...");
+  EXPECT_EQ(shortened("abcdef", 3), "abc...");
 }
 
 }  // namespace

@@ -202,28 +202,25 @@ TEST(PlantIdentification, ModelsTheOffsetOfTheMotors) {
 }
 
 TEST(PlantIdentification, IntervalsCoverSidesAndDirectionsThatDiffer) {
-  Drive drive;
-  drive.right_gain = 0.8;
-  Identification found = identify(record(drive));
+  const auto identified = [](double Drive::*quantity, double value) {
+    Drive drive;
+    drive.*quantity = value;
+    return identify(record(drive));
+  };
+  Identification found = identified(&Drive::right_gain, 0.8);
   EXPECT_TRUE(remarked(found, "left and right differ: gain 1.00"));
   EXPECT_TRUE(covers(found.gain, 1.0) && covers(found.gain, 0.8)) << found.gain.value << " " << found.gain.half_width;
-  drive = Drive{};
-  drive.right_later = 0.1;
-  found = identify(record(drive));
+  found = identified(&Drive::right_later, 0.1);
   EXPECT_TRUE(remarked(found, "left and right differ: dead time 0.10"));
   EXPECT_TRUE(covers(found.dead_time, 0.1) && covers(found.dead_time, 0.2)) << found.dead_time.value;
-  drive = Drive{};
-  drive.backward_gain = 0.8;
-  found = identify(record(drive));
+  found = identified(&Drive::backward_gain, 0.8);
   EXPECT_TRUE(remarked(found, "forward and backward differ: gain 1.0") ||
               remarked(found, "forward and backward differ: gain 0.99"));
   EXPECT_TRUE(covers(found.gain, 1.0) && covers(found.gain, 0.8)) << found.gain.value << " " << found.gain.half_width;
   EXPECT_FALSE(found.offset.known());
   EXPECT_FALSE(remarked(found, "offset: "));
   for (const double offset : {0.0, 0.5}) {
-    drive = Drive{};
-    drive.offset = offset;
-    found = identify(record(drive));
+    found = identified(&Drive::offset, offset);
     EXPECT_FALSE(remarked(found, "left and right differ") || remarked(found, "forward and backward differ")) << offset;
     EXPECT_TRUE(covers(found.offset, offset)) << found.offset.value;
   }

@@ -36,40 +36,6 @@ TEST(WheelBelief, PredictsDeadTimeAndLag) {
   }
 }
 
-TEST(WheelBelief, PredictsAccelerationLimitAndVelocityLoop) {
-  PlantModel limited = model(0.0, 0.01);
-  limited.acceleration_limit = 0.98;
-  WheelBelief slow(limited, kRadius, {});
-  for (int k = 0; k < 100; ++k) slow.predict(5.0);
-  EXPECT_NEAR(slow.speed(), 0.1 * 10.0, 1e-9);
-  EXPECT_NEAR(slow.acceleration(), 10.0, 1e-9);
-  PlantModel loop = model(0.0, 0.05);
-  loop.velocity_loop_integral = 8.0;
-  WheelBelief wheel(loop, kRadius, {});
-  double largest = 0.0;
-  for (int k = 0; k < 5000; ++k) {
-    wheel.predict(2.0);
-    largest = std::max(largest, wheel.speed());
-  }
-  EXPECT_NEAR(wheel.speed(), 2.0, 1e-6);
-  EXPECT_GT(largest, 2.1) << "such a loop overshoots";
-}
-
-TEST(WheelBelief, FindsAConstantDisturbance) {
-  // A wheel with 20 % more gain than believed: at u = 4 the disturbance is 0.8 rad/s.
-  WheelBelief wheel(model(0.04, 0.02), kRadius, {});
-  WheelBelief truth(model(0.04, 0.02), kRadius, {});
-  std::mt19937 random(1);
-  std::normal_distribution<double> noise(0.0, 0.03);
-  for (int k = 1; k <= 2000; ++k) {
-    wheel.predict(4.0);
-    truth.predict(4.8);
-    if (k % 20 == 0) wheel.correct(truth.speed() + noise(random));
-  }
-  EXPECT_NEAR(wheel.disturbance(), 0.8, 0.05);
-  EXPECT_NEAR(wheel.speed(), 4.8, 0.05);
-}
-
 /// Largest disturbance that is believed while a wheel follows a step of 1 rad/s late and slowly, and how long after it
 /// a wheel that turns 20 % faster than asked is known to do so to a tenth [s].
 std::pair<double, double> largestOfASoftLoop(double timing_time_constant, double gain) {

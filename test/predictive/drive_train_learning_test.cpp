@@ -66,14 +66,6 @@ class LearningFromARobot {
     for (int i = 0; i < 6; ++i) ramp(i % 2 == 0 ? 0.0 : 10.0, i % 2 == 0 ? 10.0 : 0.0, limit, 2.0);
   }
 
-  /// As drive(), with wheels that are not measured.
-  void driveUnmeasured(double command, double seconds) {
-    for (long k = 0; k < std::lround(1000.0 * seconds); ++k) {
-      learning_.predict({command, command});
-      robot_.predict(command);
-    }
-  }
-
   DriveTrainLearning& learning() { return learning_; }
 
  private:

@@ -24,22 +24,6 @@ std::string refusal(const ParameterMap& map, const std::string& urdf = jackalUrd
   return complaint([&] { readRosControlParameters(map, [&] { return urdf; }); });
 }
 
-TEST(RosControlParameters, DefaultsAreThoseOfDiffDriveController) {
-  const auto p = read(bare());
-  EXPECT_EQ(p.live.publish_rate, 50.0);
-  EXPECT_TRUE(p.live.enable_odom_tf);
-  EXPECT_EQ(p.live.wheel_separation_multiplier, 1.0);
-  EXPECT_EQ(p.live.left_wheel_radius_multiplier, 1.0);
-  EXPECT_EQ(p.live.right_wheel_radius_multiplier, 1.0);
-  EXPECT_FALSE(p.open_loop);
-  EXPECT_FALSE(p.publish_cmd);
-  EXPECT_TRUE(p.allow_multiple_cmd_vel_publishers);
-  EXPECT_EQ(p.odom_frame_id, "odom");
-  EXPECT_EQ(p.drive.robot.base_frame, "base_link");
-  EXPECT_EQ(p.drive.gate.deadlines.set_point, 0.5);
-  EXPECT_TRUE(p.unused.empty());
-}
-
 TEST(RosControlParameters, GeometryComesFromTheUrdfUnlessGiven) {
   ParameterMap map = bare();
   const auto by_urdf = read(map);

@@ -35,13 +35,6 @@ DriveParameters predictive() {
   return parameters;
 }
 
-/// Turns half as fast as a Jackal with the same wheel speeds.
-DriveParameters wideTrack() {
-  DriveParameters parameters = predictive();
-  parameters.geometry.effective_track *= 2.0;
-  return parameters;
-}
-
 DriveParameters openLoop(bool monitored) {
   DriveParameters parameters = predictive();
   parameters.controller = DifferentialDriveParameters{};
@@ -162,7 +155,6 @@ class DriveLoopOf : public testing::Test, protected Robot {
 
 using ThesisLoop = DriveLoopOf<thesis>;
 using PredictiveLoop = DriveLoopOf<predictive>;
-using WideTrackLoop = DriveLoopOf<wideTrack>;
 
 /// A loop that was started and not released.
 class LatchedLoop : public ThesisLoop {
@@ -181,13 +173,6 @@ TEST(DriveLoop, DrivesToTheSetPointWithOneCommandAPeriod) {
     EXPECT_NEAR(robot.forward(), 0.5, 0.02);
     EXPECT_EQ(robot.loop.status().faults_detected, 0u);
   }
-}
-
-TEST_F(WideTrackLoop, TurnsAtTheWantedRateAndBlamesNoSensor) {
-  set_point = {0.0, 0.0, 0.8};
-  drive(3.0);
-  expect(DriveStatus::driving, "");
-  EXPECT_NEAR(kinematics.bodyVelocity({speed(0), speed(1)})(kYaw), 0.8, 0.05);
 }
 
 TEST(DriveLoop, WaitsForWheelsAndSetPointAndStopsWithoutThem) {

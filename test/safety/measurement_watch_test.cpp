@@ -6,6 +6,8 @@
 #include <initializer_list>
 #include <string>
 
+#include "jackal_aic/safety/loss_policy.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -239,6 +241,20 @@ TEST(MeasurementWatch, BothEncodersThatRepeatAreToleratedForThreeTenths) {
   }
   EXPECT_EQ(cause, StopCause::sensor_fault);
   EXPECT_EQ(tolerated, 15) << "in which deadlines.frozen_wheels decides";
+}
+
+// ---- the policy alone
+
+constexpr ChannelValidity kNoGyro{false, true, true, true}, kNoLeft{true, false, true, true};
+
+TEST(LossPolicy, OnABoxTheYawRateReplacesNoEncoder) {
+  const LossPolicyParameters policy{kDrive, kDrive, kStop, 1.0};
+  for (const LossTolerance tolerance : {LossTolerance::one_of_three, LossTolerance::model}) {
+    const LossDecision decision = decideOnLoss(policy, tolerance, kNoLeft, 0.0, true);
+    EXPECT_EQ(decision.loss, Loss::encoder_and_yaw_rate);
+    EXPECT_EQ(decision.action, kStop);
+    EXPECT_EQ(decideOnLoss(policy, tolerance, kNoGyro, 0.0, true).action, kDrive);
+  }
 }
 
 }  // namespace
