@@ -42,13 +42,12 @@ class Pid:
         return -(p * e + i * self.integral + d * rate)
 
 
-def simc(model, radius, tau_c, derivative=False):
-    """PI by the rules of Skogestad (SIMC, 2003), PID by those of Grimholt and Skogestad (2018)."""
+def simc(model, radius, tau_c):
+    """PI by the rules of Skogestad (SIMC, 2003)."""
     delay = model['dead_time'] + 0.5 * PERIOD  # with that of the hold
     lag = max(model['lag'], 0.05 * PERIOD)
     gain, integral = lag / (model['gain'] * (tau_c + delay)), min(lag, 4.0 * (tau_c + delay))
-    rate = delay / 3.0 if derivative else 0.0
-    return Pid(gain * (1.0 + rate / integral), gain / integral, gain * rate)
+    return Pid(gain, gain / integral)
 
 
 class SmithPredictor:
@@ -219,7 +218,6 @@ class Structure(typing.NamedTuple):
 _SPEED, _DISTURBANCE = Tunable('speed_process_noise', 0.01, 1e-4, 10.0), Tunable('disturbance_process_noise', 0.01, 1e-5, 100.0)
 STRUCTURES = {
     'simc_pi': Structure((Tunable('tau_c', 0.1, 1e-3, 2.0),), simc),
-    'simc_pid': Structure((Tunable('tau_c', 0.1, 1e-3, 2.0),), lambda model, radius, tau_c: simc(model, radius, tau_c, True)),
     'pid': Structure((Tunable('proportional', 0.1, 1e-3, 10.0), Tunable('integral', 3.0, 1e-2, 100.0),
                       Tunable('derivative', 1e-3, 1e-5, 0.3)), lambda model, radius, *gains: Pid(*gains)),
     'smith_pi': Structure((Tunable('proportional', 0.3, 1e-3, 10.0), Tunable('integral', 5.0, 1e-2, 200.0)), SmithPredictor),
