@@ -55,7 +55,7 @@ class StepResponses(unittest.TestCase):
 
     def test_what_diverges_has_no_figures(self):
         for value in (lambda t: 0.1 * numpy.exp(3.0 * t), lambda t: numpy.nan if t > 2.0 else t):
-            self.assertEqual(self.response(value), jackal_aic.StepResponse())
+            self.assertEqual(self.response(value), (None, None, 0.0, 0.0, False))
 
     def test_series_that_cannot_be_assessed_are_refused(self):
         for series in (([0.0, 1.0], [0.0], 0.0, 0.0, 1.0), ([0.0, 0.4], [0.0, 1.0], 0.0, 0.0, 1.0), ([0.0, 1.0], [0.0, 1.0], 0.0, 1.0, 1.0)):

@@ -107,11 +107,11 @@ class StepResponse(typing.NamedTuple):
     bounded: the signal is finite and within three steps of the set point.
     """
 
-    settling_time: typing.Optional[float] = None
-    rise_time: typing.Optional[float] = None
-    overshoot: float = 0.0
-    steady_error: float = 0.0
-    bounded: bool = False
+    settling_time: typing.Optional[float]
+    rise_time: typing.Optional[float]
+    overshoot: float
+    steady_error: float
+    bounded: bool
 
 
 _FINAL = 0.5  # s at the end of a response, over which its final value is the mean
@@ -149,7 +149,7 @@ def step_response(time, value, step_time, initial, set_point, settling_band=0.05
     time, value = time[begin:] - step_time, (value[begin:] - initial) / (set_point - initial)
     _require(len(time) and time[-1] >= _FINAL, 'step response: less than 0.5 s recorded after the step')
     if not numpy.all(numpy.abs(value - 1.0) <= 3.0):
-        return StepResponse()
+        return StepResponse(None, None, 0.0, 0.0, False)
     final, largest = float(numpy.mean(value[time >= time[-1] - _FINAL])), float(numpy.max(value))
     # The band is relative to the final value, so it needs one beyond the band.
     settling = _settling_time(time, value - final, settling_band * abs(final)) if abs(final) > settling_band else None
