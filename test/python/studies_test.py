@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The studies beyond the thesis: limits, stops, drawn robots, detection, odometry, recordings, baselines."""
+"""The studies beyond the thesis: stops, drawn robots, detection, odometry, recordings, baselines."""
 
 import os
 import pathlib
@@ -23,20 +23,6 @@ import recordings  # noqa: E402
 import robots  # noqa: E402
 import robustness  # noqa: E402
 import stops  # noqa: E402
-import thesis  # noqa: E402
-
-
-class Limits(unittest.TestCase):
-
-    def test_nothing_beats_the_plant_and_predictive_keeps_its_bar_on_the_ground(self):
-        rows, bar = thesis.rows(thesis.experiment('predictive_limits')), engine.bars()['predictive_limits']['settling_over_limit']
-        limits = {(row['plant'], row['step_mps'], row['step_radps']): row['settling_s'] for row in rows if row['controller'] == 'plant_limit'}
-        self.assertEqual(len(limits), 14)
-        for row in rows:
-            limit = limits[row['plant'], row['step_mps'], row['step_radps']]
-            self.assertGreaterEqual(row['settling_s'], limit - motions.TICK, row)
-            if row['controller'] == 'predictive' and row['plant'] == 'ground' and row['step_mps']:
-                self.assertLessEqual(row['settling_s'], bar * limit, row)
 
 
 class Stops(unittest.TestCase):
