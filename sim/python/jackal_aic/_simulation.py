@@ -113,6 +113,10 @@ class StepResponse(typing.NamedTuple):
     steady_error: float
     bounded: bool
 
+    def __repr__(self):
+        times = ['never' if time is None else '{:.3f} s'.format(time) for time in self[:2]]
+        return '<StepResponse settling {}, rise {}, overshoot {:.2f} %, steady error {:.2f} %>'.format(*times, *self[2:4])
+
 
 _FINAL = 0.5  # s at the end of a response, over which its final value is the mean
 
