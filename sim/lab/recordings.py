@@ -83,16 +83,16 @@ def _changes(values):
 
 
 def _require(good, time, words):
-    """Raises ValueError for the first line that is not good."""
+    """Raises ValueError for the first line that is not good. words: with a place for the time of the row before."""
     if not good.all():
         bad = int(numpy.argmin(good))
-        raise ValueError('line {}: time_s = {:g}: must {}'.format(bad + 2, time[bad], words))
+        raise ValueError('line {}: time_s = {:g}: must {}'.format(bad + 2, time[bad], words.format(time[bad - 1])))
 
 
 def _read_log(found, radius, distance):
     time, known = found['time_s'], found['state'] == 'calib'
     gaps = numpy.diff(time, prepend=-math.inf)
-    _require(gaps > 0.0, time, 'be above that of the row before')
+    _require(gaps > 0.0, time, 'be above {:g}, that of the row before')
     body = numpy.stack([found['command_forward_mps'], found['command_yaw_radps']], axis=1)
     starts = _changes(known) | (gaps > LONGEST_GAP)
     begins = known & (starts | _changes(body))
