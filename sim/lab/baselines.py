@@ -20,10 +20,10 @@ import search
 from linear import PERIOD, TICKS, Flow, delay, figures as linear_figures
 
 MS, GAIN_MARGIN, DELAY_MARGIN = 1.6, 2.0, 0.05  # what every structure keeps: peak of the sensitivity, margins [-, s]
-DEAD_TIMES = (0.5, 1.5)  # of the robot / of the model
+LONGER = 1.5  # dead time of the robot / of the model
 UNSTABLE, EVALUATIONS, STEPS = 5.0, 150, (0.5, 0.2, 0.1)
 COLUMNS = ('structure', 'plant', 'ms_limit', 'kept', 'ms', 'gain_margin', 'delay_margin_s', 'iae_of_bound', 'noise_gain',
-           'ms_half_dead_time', 'iae_half_dead_time', 'ms_longer_dead_time', 'iae_longer_dead_time', 'values')
+           'ms_longer_dead_time', 'values')
 
 
 # ---- regulators: a deviation e of the speed in, a command v out [rad/s]
@@ -42,13 +42,12 @@ class Pid:
         return -(p * e + i * self.integral + d * rate)
 
 
-def simc(model, radius, tau_c, derivative=False):
-    """PI by the rules of Skogestad (SIMC, 2003), PID by those of Grimholt and Skogestad (2018)."""
+def simc(model, radius, tau_c):
+    """PI by the rules of Skogestad (SIMC, 2003)."""
     delay = model['dead_time'] + 0.5 * PERIOD  # with that of the hold
     lag = max(model['lag'], 0.05 * PERIOD)
     gain, integral = lag / (model['gain'] * (tau_c + delay)), min(lag, 4.0 * (tau_c + delay))
-    rate = delay / 3.0 if derivative else 0.0
-    return Pid(gain * (1.0 + rate / integral), gain / integral, gain * rate)
+    return Pid(gain, gain / integral)
 
 
 class SmithPredictor:
@@ -219,7 +218,6 @@ class Structure(typing.NamedTuple):
 _SPEED, _DISTURBANCE = Tunable('speed_process_noise', 0.01, 1e-4, 10.0), Tunable('disturbance_process_noise', 0.01, 1e-5, 100.0)
 STRUCTURES = {
     'simc_pi': Structure((Tunable('tau_c', 0.1, 1e-3, 2.0),), simc),
-    'simc_pid': Structure((Tunable('tau_c', 0.1, 1e-3, 2.0),), lambda model, radius, tau_c: simc(model, radius, tau_c, True)),
     'pid': Structure((Tunable('proportional', 0.1, 1e-3, 10.0), Tunable('integral', 3.0, 1e-2, 100.0),
                       Tunable('derivative', 1e-3, 1e-5, 0.3)), lambda model, radius, *gains: Pid(*gains)),
     'smith_pi': Structure((Tunable('proportional', 0.3, 1e-3, 10.0), Tunable('integral', 5.0, 1e-2, 200.0)), SmithPredictor),
@@ -287,15 +285,11 @@ def row(item):
     """A row of the table: a structure on a plant with its tuned values."""
     name, plant, values = item
     found = figures(name, plant, values)
-    front = {'structure': name, 'plant': plant, 'ms_limit': MS, 'kept': int(max(excess(found)) <= 0.0), 'ms': found['peak_sensitivity'],
-             'gain_margin': found['gain_margin'], 'delay_margin_s': found['delay_margin'],
-             'iae_of_bound': found['iae'] / found['least_iae'], 'noise_gain': found['noise'],
-             'values': ' '.join('{}={:.3g}'.format(t.name, v) for t, v in zip(STRUCTURES[name].tuned, values))}
-    for factor, suffix in zip(DEAD_TIMES, ('half', 'longer')):
-        wrong = figures(name, plant, values, factor)
-        front['ms_{}_dead_time'.format(suffix)] = wrong['peak_sensitivity']
-        front['iae_{}_dead_time'.format(suffix)] = wrong['iae'] / wrong['least_iae']
-    return front
+    return {'structure': name, 'plant': plant, 'ms_limit': MS, 'kept': int(max(excess(found)) <= 0.0), 'ms': found['peak_sensitivity'],
+            'gain_margin': found['gain_margin'], 'delay_margin_s': found['delay_margin'],
+            'iae_of_bound': found['iae'] / found['least_iae'], 'noise_gain': found['noise'],
+            'ms_longer_dead_time': figures(name, plant, values, LONGER)['peak_sensitivity'],
+            'values': ' '.join('{}={:.3g}'.format(t.name, v) for t, v in zip(STRUCTURES[name].tuned, values))}
 
 
 def gains_text(items, values):

@@ -19,35 +19,20 @@ BANDS = (0.04, 0.05, 0.06)  # of the final value
 MISSING = 1.0  # error of a figure that the thesis has and ours has not, and of a larger one
 
 
-class Parameter(typing.NamedTuple):
-    name: str
-    low: float
-    high: float
-    resolution: float = 0.0
-
-
 class Task(typing.NamedTuple):
-    """A plant, its file, the tables it is fitted to, the tables whose trend counts too, and the fitted keys."""
+    """A plant, its file, the tables it is fitted to, the tables whose trend counts too, and the ranges of the fitted keys."""
 
     plant: str
     file: str
     tables: tuple
     trends: tuple
-    parameters: tuple
+    ranges: dict
 
 
 TASKS = (Task('box', 'plant_box.yaml', ('5-1', '5-2', '5-4', '5-5', '5-6', '5-9'), ('5-4', '5-5', '5-9'),
-              (Parameter('dead_time', 0.03, 0.16, 0.001), Parameter('motor_lag', 0.01, 0.12),
-               Parameter('velocity_loop_integral', 1.0, 30.0))),
+              {'dead_time': (0.03, 0.16), 'motor_lag': (0.01, 0.12), 'velocity_loop_integral': (1.0, 30.0)}),
          Task('ground', 'plant.yaml', ('3-1a', '3-1b'), (),
-              (Parameter('dead_time', 0.03, 0.2, 0.001), Parameter('motor_lag', 0.002, 0.12),
-               Parameter('velocity_loop_integral', 0.1, 30.0), Parameter('acceleration_limit', 0.8, 10.0))))
-
-
-def rounded(value, resolution=0.0):
-    if resolution:
-        value = resolution * round(value / resolution)
-    return float('{:.3g}'.format(value))
+              {'dead_time': (0.03, 0.2), 'motor_lag': (0.002, 0.12), 'velocity_loop_integral': (0.1, 30.0), 'acceleration_limit': (0.8, 10.0)}))
 
 
 def compared(tables):
@@ -94,14 +79,16 @@ class Fit:
     def __init__(self, task, jobs):
         self.task, self.items, self.jobs = task, compared(task.tables), jobs
         plant = engine.settings(task.plant, 'diff_drive')['plant']
-        self.start = {'plant.' + p.name: plant[p.name] for p in task.parameters}
-        self.low, self.high = (numpy.log([getattr(p, end) for p in task.parameters]) for end in ('low', 'high'))
+        self.start = {key: plant[key] for key in task.ranges}
+        self.low, self.high = numpy.log(list(task.ranges.values())).T
 
     def plant(self, logarithms):
-        return {'plant.' + p.name: rounded(math.exp(x), p.resolution) for p, x in zip(self.task.parameters, logarithms)}
+        """Values of the keys, with three digits; the dead time in milliseconds."""
+        values = dict(zip(self.task.ranges, numpy.exp(logarithms).tolist()))
+        return {key: float('{:.3g}'.format(round(value, 3) if key == 'dead_time' else value)) for key, value in values.items()}
 
     def cost(self, logarithms):
-        plant = self.plant(logarithms)
+        plant = {'plant.' + key: value for key, value in self.plant(logarithms).items()}
         found = engine.parallel(functools.partial(responses, plant), [(item, shift) for shift in DEAD_TIMES for item in self.items],
                                 self.jobs, 'calibrate ' + self.task.plant)
         rows, total = [row for row, _ in self.items], 0.0
@@ -133,6 +120,6 @@ def write(out, plant='all', evaluations=200, jobs=0):
             continue
         fit = Fit(task, jobs)
         found = fit.search(evaluations)
-        engine.write(out / task.file, yaml.safe_dump({'plant': {key[len('plant.'):]: value for key, value in found.items()}}))
+        engine.write(out / task.file, yaml.safe_dump({'plant': found}))
         print('{}: mean |ln(ours/thesis)| of tables and trends {:.3f}, before {:.3f}'.format(
             task.plant, *(fit.cost(numpy.log(list(values.values()))) for values in (found, fit.start))))

@@ -124,6 +124,7 @@ def quiet_hours(hours, seed, real=False, jobs=0):
 
 # ---- robots without identification
 
+ASSUMED = str(engine.PACKAGE / 'config/jackal_model.yaml')  # the robot that equals its assumed model
 ARRIVAL = 2.0  # s after a change of the set point that belong to its step response
 SWINGS = {'speed': 0.05, 'yaw_rate': 0.15}  # m/s, rad/s
 MOST_SWINGS = 3  # of a robot that does not oscillate
@@ -145,13 +146,9 @@ def most_swings(drive):
 def unidentified(item):
     """A row: a robot with multiples of the assumed drive train, driven with the assumed model."""
     controller, ratios, duration, seed = item
-    model = robots.assumed_model()
-    simulated = robots.simulated(model)
-    overrides = {'plant.' + key: value for key, value in simulated.items()}
-    overrides.update(robots.scaled(simulated, ratios))
-    overrides.update({'plant.seed': seed, 'limits.linear_acceleration': 20.0, 'limits.angular_acceleration': 25.0})
-    overrides.update({'plant_model.' + key: value for key, value in model.items()})
-    drive = engine.drive('ground', controller, motions.joystick(seed, duration), overrides, monitor=model, samples_only=True)
+    overrides = dict(robots.scaled(engine.settings(ASSUMED, controller)['plant'], ratios),
+                     **{'plant.seed': seed, 'limits.linear_acceleration': 20.0, 'limits.angular_acceleration': 25.0})
+    drive = engine.drive(ASSUMED, controller, motions.joystick(seed, duration), overrides, monitor=robots.assumed_model(), samples_only=True)
     faults, before = [], False
     for time, text, faulty in drive.findings:
         if faulty and not before:

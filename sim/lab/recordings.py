@@ -4,7 +4,6 @@ Two kinds of CSV files, told apart by their columns: logs, in which the command 
 2 s, in the order of time within a calib_step. Speeds of wheels are in rad/s; sides are (left, right).
 """
 
-import collections
 import csv
 import math
 import pathlib
@@ -27,85 +26,93 @@ LONGEST_GAP = 0.175  # s within a stretch
 PAUSE = 10.0  # s on the clock between stretches of windows, which have none
 STEADY, WINDOW = 2.0, 2.0  # s, after a command of a log until the robot moves steadily; length of a window
 BLOCK = 40  # samples of a steady piece
-
-Sample = collections.namedtuple('Sample', 'time left right yaw_rate ax ay az heading command step steady starts')
-Block = collections.namedtuple('Block', 'step command wheels yaw_rate')
+TICK = 0.01  # s between calls of the loop's timer
+TRACK_MULTIPLIER, TRACK_RANGE = 1.5, 4.0  # of the distance of the sides; a Husky on a smooth floor turns by less than half of its geometry
+STUCK, REVERSED = 'does not move although its wheels turn', 'gyro turns against the wheels: mounted upside down?'
 
 
 class Recording(typing.NamedTuple):
+    """Arrays with a value for each sample: time [s]; wheels [rad/s], shape (n, 2); yaw_rate [rad/s]; acceleration [m/s^2], shape (n, 3);
+    heading [rad]; commands [rad/s], shape (n, 2), NaN where they are not known; step of the commands, -1 without one; whether the
+    robot moves steadily, and whether a stretch starts."""
+
     name: str
     wheel_radius: float
     wheel_distance: float
     has_imu: bool
-    gyro_reversed: bool  # the file's gyro has the other sign; the samples are corrected
-    samples: list
+    gyro_reversed: bool  # the file's gyro has the other sign; yaw_rate is corrected
+    time: numpy.ndarray
+    wheels: numpy.ndarray
+    yaw_rate: numpy.ndarray
+    acceleration: numpy.ndarray
+    heading: numpy.ndarray
+    commands: numpy.ndarray
+    step: numpy.ndarray
+    steady: numpy.ndarray
+    starts: numpy.ndarray
 
-    def column(self, name):
-        return numpy.array([getattr(sample, name) for sample in self.samples], float)
 
-    def commands(self):
-        """Recorded commands, shape (n, 2), NaN where they are not known."""
-        return numpy.array([sample.command or (math.nan, math.nan) for sample in self.samples])
+class Blocks(typing.NamedTuple):
+    """Means over steady pieces of the steps: commands and wheels [rad/s], shapes (m, 2), and yaw_rate [rad/s]."""
 
-    def duration(self):
-        return PERIOD * len(self.samples)
+    step: numpy.ndarray
+    commands: numpy.ndarray
+    wheels: numpy.ndarray
+    yaw_rate: numpy.ndarray
 
 
 # ---- reading
 
-def _rows(path):
-    """Columns and rows of a file; the rows are dicts of numbers, with the line and the text of `state`."""
+def _columns(path):
+    """Columns of a file by name."""
     with open(path, newline='') as file:
-        reader = csv.DictReader(file)
-        rows = [{name: text if name == 'state' else float(text) for name, text in dict(row, line=reader.line_num).items()} for row in reader]
-    if reader.fieldnames not in (LOG, WINDOWS):
+        names, *rows = list(csv.reader(file)) or [[]]
+    if names not in (LOG, WINDOWS):
         raise ValueError('columns of no known kind of recording; a log begins with time_s, state, windows with window, calib_step')
-    return reader.fieldnames, rows
+    if not rows:
+        raise ValueError('has no rows')
+    for line, row in enumerate(rows, 2):
+        if len(row) != len(names):
+            raise ValueError('line {}: has {} values; expected {}'.format(line, len(row), len(names)))
+    return {name: numpy.array(values if name == 'state' else [float(value) for value in values]) for name, values in zip(names, zip(*rows))}
 
 
-def _sensors(row):
-    return (row['wheel_left_radps'], row['wheel_right_radps'], row['gyro_z_radps'], row['accel_x_mps2'], row['accel_y_mps2'],
-            row['accel_z_mps2'], row['lidar_yaw_rad'])
+def _changes(values):
+    """Where values, shape (n,) or (n, k), differ from those before them; the first does."""
+    return numpy.append(True, numpy.reshape(values[1:] != values[:-1], (len(values) - 1, -1)).any(axis=1))
 
 
-def _read_log(rows, radius, distance):
-    samples, since, wanted, step = [], 0.0, None, -1
-    for row in rows:
-        time, known, last = row['time_s'], row['state'] == 'calib', samples[-1] if samples else None
-        if last and time <= last.time:
-            raise ValueError('line {:g}: time_s = {:g}: must be above {:g}, that of the row before'.format(row['line'], time, last.time))
-        starts = last is None or known != (last.command is not None) or time - last.time > LONGEST_GAP
-        new = (row['command_forward_mps'], row['command_yaw_radps'])
-        if known and (starts or new != wanted):
-            step, since = step + 1, time
-        wanted = new
-        half = 0.5 * distance * new[1]
-        command = ((new[0] - half) / radius, (new[0] + half) / radius) if known else None
-        samples.append(Sample(time, *_sensors(row), command, step if known else -1, known and time - since >= STEADY, starts))
-    return samples
+def _require(good, time, words):
+    """Raises ValueError for the first line that is not good. words: with a place for the time of the row before."""
+    if not good.all():
+        bad = int(numpy.argmin(good))
+        raise ValueError('line {}: time_s = {:g}: must {}'.format(bad + 2, time[bad], words.format(time[bad - 1])))
 
 
-def _read_windows(rows):
-    samples, window, begin, before = [], None, 0.0, 0.0
-    for row in rows:
-        time, number, step = row['time_s'], int(row['window']), int(row['calib_step'])
-        new, first = number != window, not samples
-        if not 0.0 <= time < WINDOW or (not new and time <= before):
-            raise ValueError('line {:g}: time_s = {:g}: must be in [0, {:g}) and increase in a window'.format(row['line'], time, WINDOW))
-        starts = first or (new and number != window + 1) or step != samples[-1].step
-        if new and not first:
-            begin += WINDOW + (PAUSE if starts else 0.0)
-        window, before = number, time
-        samples.append(Sample(begin + time, *_sensors(row), (row['cmd_left_radps'], row['cmd_right_radps']), step,
-                              row['steady'] != 0.0, starts))
-    return samples
+def _read_log(found, radius, distance):
+    time, known = found['time_s'], found['state'] == 'calib'
+    gaps = numpy.diff(time, prepend=-math.inf)
+    _require(gaps > 0.0, time, 'be above {:g}, that of the row before')
+    body = numpy.stack([found['command_forward_mps'], found['command_yaw_radps']], axis=1)
+    starts = _changes(known) | (gaps > LONGEST_GAP)
+    begins = known & (starts | _changes(body))
+    since = time[numpy.maximum.accumulate(numpy.where(begins, numpy.arange(len(time)), 0))]
+    half = 0.5 * distance * body[:, 1]
+    commands = numpy.stack([body[:, 0] - half, body[:, 0] + half], axis=1) / radius
+    commands[~known] = math.nan
+    return time, commands, numpy.where(known, numpy.cumsum(begins) - 1, -1), known & (time - since >= STEADY), starts
 
 
-def _gyro_reversed(samples):
-    """True if the gyro, and not the wheels against their commands, has the wrong sign."""
-    together = sum(s.yaw_rate * (s.right - s.left) for s in samples)
-    followed = sum((s.command[1] - s.command[0]) * (s.right - s.left) for s in samples if s.command)
-    return together < 0.0 <= followed
+def _read_windows(found):
+    time, window, step = found['time_s'], found['window'], found['calib_step'].astype(int)
+    new = _changes(window)
+    _require((time >= 0.0) & (time < WINDOW) & (new | (numpy.diff(time, prepend=-1.0) > 0.0)), time,
+             'be in [0, {:g}) and increase in a window'.format(WINDOW))
+    starts = _changes(step) | (new & (numpy.diff(window, prepend=window[0]) != 1.0))
+    begins = numpy.where(new, WINDOW + numpy.where(starts, PAUSE, 0.0), 0.0)
+    begins[0] = 0.0
+    return (numpy.cumsum(begins) + time, numpy.stack([found['cmd_left_radps'], found['cmd_right_radps']], axis=1), step,
+            found['steady'] != 0.0, starts)
 
 
 def read(path):
@@ -116,16 +123,17 @@ def read(path):
         raise ValueError("'{}': begins with the name of no known robot; known: {}".format(path, ', '.join(ROBOTS)))
     radius, distance = ROBOTS[known[0]]
     try:
-        columns, rows = _rows(path)
-        samples = _read_log(rows, radius, distance) if columns == LOG else _read_windows(rows)
-    except (OSError, TypeError, ValueError, csv.Error) as error:
+        found = _columns(path)
+        time, commands, step, steady, starts = _read_log(found, radius, distance) if 'state' in found else _read_windows(found)
+    except (OSError, ValueError, csv.Error) as error:
         raise ValueError("'{}': {}".format(path, error)) from error
-    if not samples:
-        raise ValueError("'{}': has no rows".format(path))
-    reversed_gyro = _gyro_reversed(samples)
-    if reversed_gyro:
-        samples = [s._replace(yaw_rate=-s.yaw_rate) for s in samples]
-    return Recording(name, radius, distance, any(s.yaw_rate != 0.0 or s.az != 0.0 for s in samples), reversed_gyro, samples)
+    wheels, yaw_rate = numpy.stack([found[key] for key in SENSORS[:2]], axis=1), found['gyro_z_radps']
+    acceleration = numpy.stack([found[key] for key in SENSORS[3:6]], axis=1)
+    turns = _part(wheels, 1)
+    # The gyro, and not the wheels against their commands, has the wrong sign.
+    reversed_gyro = bool(numpy.sum(yaw_rate * turns) < 0.0 <= numpy.nansum(_part(commands, 1) * turns))
+    return Recording(name, radius, distance, bool((yaw_rate != 0.0).any() or (acceleration[:, 2] != 0.0).any()), reversed_gyro, time, wheels,
+                     -yaw_rate if reversed_gyro else yaw_rate, acceleration, found['lidar_yaw_rad'], commands, step, steady, starts)
 
 
 def paths(directory):
@@ -137,24 +145,18 @@ def paths(directory):
 
 
 def steady_blocks(recording):
-    """Means over the steady pieces of the steps, in order; the yaw rate is by the gyro, or else by lidar."""
-    blocks, piece = [], []
-    for sample in recording.samples:
-        if piece and (sample.starts or sample.step != piece[-1].step):
-            piece = []
-        if not sample.steady or sample.command is None:
-            piece = []
-            continue
-        piece.append(sample)
-        if len(piece) < BLOCK:
-            continue
-        if recording.has_imu:
-            turn = sum(s.yaw_rate for s in piece) / BLOCK
-        else:
-            turn = sum(math.remainder(b.heading - a.heading, 2.0 * math.pi) for a, b in zip(piece, piece[1:])) / PERIOD / (BLOCK - 1)
-        blocks.append(Block(sample.step, sample.command, (sum(s.left for s in piece) / BLOCK, sum(s.right for s in piece) / BLOCK), turn))
-        piece = []
-    return blocks
+    """Blocks of a recording, in order; the yaw rate is by the gyro, or else by lidar."""
+    usable = recording.steady & ~numpy.isnan(recording.commands[:, 0])
+    ends = numpy.flatnonzero(recording.starts | _changes(recording.step) | _changes(usable))[1:]
+    pieces = [piece for piece in numpy.split(numpy.arange(len(usable)), ends) if usable[piece[0]]]
+    blocks = [piece[i:i + BLOCK] for piece in pieces for i in range(0, len(piece) - BLOCK + 1, BLOCK)]
+    blocks = numpy.array(blocks, int).reshape(-1, BLOCK)
+    if recording.has_imu:
+        turns = recording.yaw_rate[blocks].mean(axis=1)
+    else:
+        headings = numpy.unwrap(recording.heading[blocks], axis=1)
+        turns = (headings[:, -1] - headings[:, 0]) / PERIOD / (BLOCK - 1)
+    return Blocks(recording.step[blocks[:, -1]], recording.commands[blocks[:, -1]], recording.wheels[blocks].mean(axis=1), turns)
 
 
 # ---- what reached the motors
@@ -191,7 +193,6 @@ class CommandPath(typing.NamedTuple):
 
 def _part(sides, index):
     """Mean (0) or difference (1) of the sides."""
-    sides = numpy.asarray(sides)
     return sides.mean(axis=-1) if index == 0 else sides[..., 1] - sides[..., 0]
 
 
@@ -207,15 +208,14 @@ def _rate(recording, path, index):
     """The acceleration limit that explains a part of the wheel speeds best, over delays up to 0.4 s [rad/s^2]."""
     rates = 0.5 * 1.15**numpy.arange(38)
     delays = numpy.arange(9)
-    measured = _part(numpy.stack([recording.column('left'), recording.column('right')], axis=1), index)
-    wanted = path.parts(recording.commands())[:, index]
+    measured, wanted = _part(recording.wheels, index), path.parts(recording.commands)[:, index]
     change = (rates * PERIOD)[:, None]
     now, error, begin = numpy.zeros((len(rates), len(delays))), numpy.zeros((len(rates), len(delays))), 0
-    for i, sample in enumerate(recording.samples):
-        if sample.starts:
+    for i, starts in enumerate(recording.starts):
+        if starts:
             begin = i
             now[:] = measured[i]
-        if sample.command is None:
+        if math.isnan(wanted[i]):
             continue
         delayed = delays[:i - begin + 1]
         some = now[:, :len(delayed)]
@@ -228,11 +228,9 @@ def fit_path(recording):
     """The command processing that explains a recording best, by the least sum of absolute errors. Unchanged commands
     with fewer than 8 pieces, or if the wheels stand or turn against the commands, which strong bounds would hide."""
     blocks = steady_blocks(recording)
-    if len(blocks) < 8:
-        return CommandPath()
-    commands, wheels = (numpy.array([getattr(block, name) for block in blocks]) for name in ('command', 'wheels'))
+    commands, wheels = blocks.commands, blocks.wheels
     parts = [(_part(commands, i), _part(wheels, i)) for i in (0, 1)]
-    if any(numpy.sum(commanded * done) < 0.05 * numpy.sum(commanded**2) for commanded, done in parts):
+    if len(commands) < 8 or any(numpy.sum(commanded * done) < 0.05 * numpy.sum(commanded**2) for commanded, done in parts):
         return CommandPath()
     fastest, widest = float(numpy.abs(wheels).max()), float(numpy.abs(parts[1][1]).max())
     start = numpy.maximum([_ratio(*parts[0]), _ratio(*parts[1]), 0.95 * widest, 0.95 * fastest], 0.1)
@@ -245,15 +243,14 @@ def fit_path(recording):
 
 def applied_commands(recording, path):
     """Commands of the motors, shape (n, 2), NaN where unknown. A stretch begins with the speeds of its wheels."""
-    goals = path.parts(recording.commands())
+    goals, speeds = path.parts(recording.commands), CommandPath(largest_difference=math.inf).parts(recording.wheels)
     change = PERIOD * numpy.array([path.forward_rate, path.difference_rate])
     parts, now = numpy.full_like(goals, math.nan), numpy.zeros(2)
-    for i, sample in enumerate(recording.samples):
-        if sample.starts:
-            now = CommandPath(largest_difference=math.inf).parts((sample.left, sample.right))
-        if sample.command is not None:
-            now = now + numpy.clip(goals[i] - now, -change, change)
-            parts[i] = now
+    for i, (starts, goal) in enumerate(zip(recording.starts, goals)):
+        if starts:
+            now = speeds[i]
+        if not math.isnan(goal[0]):
+            now = parts[i] = now + numpy.clip(goal - now, -change, change)
     return path.slowed(parts)
 
 
@@ -261,10 +258,10 @@ def applied_commands(recording, path):
 
 def identify(recording, commands, end=None):
     """jackal_aic.identify() on the samples with known commands before one of them."""
-    time, known = recording.column('time')[:end], ~numpy.isnan(commands[:end, 0])
-    wheels = numpy.stack([time, recording.column('left')[:end], recording.column('right')[:end]], axis=1)
-    yaw = numpy.stack([time, recording.column('yaw_rate')[:end]], axis=1)[known] if recording.has_imu else None
-    return jackal_aic.identify(numpy.column_stack([time, commands[:end]])[known], wheels[known], yaw, recording.wheel_radius)
+    time, known = recording.time[:end, None], ~numpy.isnan(commands[:end, 0])
+    yaw = numpy.hstack([time, recording.yaw_rate[:end, None]])[known] if recording.has_imu else None
+    return jackal_aic.identify(numpy.hstack([time, commands[:end]])[known], numpy.hstack([time, recording.wheels[:end]]), yaw,
+                               recording.wheel_radius)
 
 
 def known_model(recording, commands, identified):
@@ -273,7 +270,7 @@ def known_model(recording, commands, identified):
     if not identified:
         return model, ''
     try:
-        found = identify(recording, commands, len(recording.samples) // 2)
+        found = identify(recording, commands, len(recording.time) // 2)
     except ValueError as error:
         return model, str(error)
     if found.gain.unknown:
@@ -287,9 +284,15 @@ def known_model(recording, commands, identified):
     return model, ''
 
 
-def held_out(step):
-    """The held-out steps."""
-    return step >= 0 and step % 2 == 1
+def held_out(steps):
+    """Which of the steps are held out."""
+    return (steps >= 0) & (steps % 2 == 1)
+
+
+def samples_of(recording, commands):
+    """Rows (time, left, right, yaw rate, acceleration x, y, z, applied left and right, whether a stretch starts, whether it is held out)."""
+    return numpy.column_stack([recording.time, recording.wheels, recording.yaw_rate, recording.acceleration, commands, recording.starts,
+                               held_out(recording.step)])
 
 
 def reversed_gyro(samples):
@@ -297,29 +300,69 @@ def reversed_gyro(samples):
     return samples
 
 
+def recorded_loop(recording, model):
+    """`predictive` as a node runs it, with a plant model (keys of plant_model.*), on a robot that another controller drives."""
+    keys = {'plant_model.' + key: value for key, value in model.items() if value != ''}
+    keys.update({'robot.wheel_radius': recording.wheel_radius, 'robot.effective_track': TRACK_MULTIPLIER * recording.wheel_distance,
+                 'robot.track_range': TRACK_RANGE,
+                 'limits.linear_speed': 10.0, 'limits.angular_speed': 20.0, 'limits.wheel_speed': 200.0,
+                 'limits.linear_acceleration': 0.0, 'limits.angular_acceleration': 0.0})
+    return jackal_aic.DriveLoop(jackal_aic.Parameters('predictive', overrides=keys), motors_shared=True)
+
+
+def watched(loop, recording, samples):
+    """Passes samples (samples_of()) to a loop as a node would receive them. Returns the alarms, as (time [s], reason), the number of
+    samples meanwhile, and the first report of a reversed gyro [s], or None."""
+    alarms, alarmed, during, told, clock = [], False, 0, None, 0.0
+    kinematics = jackal_aic.Kinematics(recording.wheel_radius, TRACK_MULTIPLIER * recording.wheel_distance)
+    channels = ('left', 'right') + (('gyro', 'acceleration') if recording.has_imu else ())
+
+    def advance(now):
+        nonlocal alarmed, told
+        loop.advance(now)
+        before, alarmed = alarmed, loop.faulty or loop.fault == STUCK or loop.status not in ('driving', 'idle')
+        if alarmed and not before:
+            alarms.append((now, loop.reason))
+        told = now if told is None and loop.fault == REVERSED else told
+
+    for now, left, right, yaw_rate, x, y, z, *applied, starts, frozen in samples.tolist():
+        if starts:
+            loop.start(left, right, now)
+            loop.release()
+            clock = now
+        while clock + TICK < now:
+            clock += TICK
+            advance(clock)
+        loop.freeze_learning(bool(frozen), now)
+        if math.isnan(applied[0]):
+            applied = 0.0, 0.0
+        else:
+            loop.applied(*applied, now)
+        forward, _, turn = kinematics.body_velocity(*applied)
+        loop.set_set_point(forward, turn, now)
+        loop.receive(jackal_aic.Observation(now, left, right, yaw_rate, x, y, z, channels), now)
+        advance(now)
+        during += alarmed
+    return alarms, during, told
+
+
 def replay(recording, path, identified, altered=None):
     """Figures of a recording through the drive loop: alarms, share of the time in alarm, and the error of the yaw rate in held-out steps / that of the best constant track.
-    altered: a function of the samples (jackal_aic._core.replay_recording) that returns those to replay."""
+    altered: a function of the samples (samples_of()) that returns those to replay."""
     commands = applied_commands(recording, path)
     model, refusal = known_model(recording, commands, identified)
-    samples = numpy.array([(s.time, s.left, s.right, s.yaw_rate, s.ax, s.ay, s.az, *command,
-                            (1 if s.starts else 0) + (2 if held_out(s.step) else 0))
-                           for s, command in zip(recording.samples, commands)])
+    samples = samples_of(recording, commands)
     samples = altered(samples) if altered else samples
-    blocks = steady_blocks(recording)
-    difference = numpy.array([recording.wheel_radius * (b.wheels[1] - b.wheels[0]) for b in blocks])
-    speed = numpy.array([0.5 * recording.wheel_radius * (b.wheels[0] + b.wheels[1]) for b in blocks])
-    turn, judged = numpy.array([b.yaw_rate for b in blocks]), numpy.array([held_out(b.step) for b in blocks], bool)
-    found = jackal_aic.replay_recording(samples, recording.wheel_radius, recording.wheel_distance, model, recording.has_imu,
-                                        numpy.column_stack([difference, speed]).reshape(-1, 2))
+    loop, blocks = recorded_loop(recording, model), steady_blocks(recording)
+    alarms, during, told = watched(loop, recording, samples)
     figures = {'recording': recording.name, 'refusal': refusal, 'model': 'identified' if identified else 'assumed',
-               'alarms': found['alarms'], 'alarmed': found['alarmed'] / len(samples), 'reversed_told': found['reversed_told'],
-               'turn': found['turn'], 'yaw_error': None, 'constant_error': None, 'samples': len(samples),
-               'duration': recording.duration()}
+               'alarms': alarms, 'alarmed': during / len(samples), 'reversed_told': told, 'yaw_error': None,
+               'constant_error': None, 'samples': len(samples), 'duration': PERIOD * len(recording.time)}
+    difference, turn, judged = recording.wheel_radius * _part(blocks.wheels, 1), blocks.yaw_rate, held_out(blocks.step)
     taught = ~judged
     if recording.has_imu and judged.any() and numpy.sum(difference[taught]**2) > 0.0:
         constant = numpy.sum(difference[taught] * turn[taught]) / numpy.sum(difference[taught]**2)
-        ours = turn - numpy.array(found['usual_yaw_rates'])
+        ours = turn - numpy.array([loop.usual_yaw_rate(*wheels) for wheels in blocks.wheels])
         figures['yaw_error'] = float(numpy.sqrt(numpy.mean(ours[judged]**2)))
         figures['constant_error'] = float(numpy.sqrt(numpy.mean((turn - constant * difference)[judged]**2)))
     return figures

@@ -50,14 +50,6 @@ def assumed_model():
     return {key[len('plant_model.'):]: value for key, value in values.items() if key.startswith('plant_model.')}
 
 
-def simulated(model):
-    """The drive train of a simulated robot with a plant model."""
-    return {'dead_time': model['dead_time'], 'motor_lag': model['lag'], 'wheel_gain': model['gain'],
-            'wheel_offset': model['offset'] / model['gain'], 'velocity_loop_integral': model['velocity_loop_integral'],
-            'acceleration_limit': model['acceleration_limit'], 'support': 'box' if model['on_box'] else 'ground',
-            'sensor_rate': model['sensor_rate']}
-
-
 def unidentified():
     """Dead time, lag, gain and acceleration limit in multiples of the assumed ones."""
     corners = [(dead_time, lag, gain, limit) for dead_time in (0.5, 2.0) for lag in (0.5, 2.0) for gain in (0.8, 1.2)

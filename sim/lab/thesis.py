@@ -176,15 +176,19 @@ def usable_ranges(node):
 # ---- beyond the thesis
 
 def plant_limit(plant, motion, label):
-    """Bound of every controller without preview: the set point after the dead time, within the acceleration limit."""
-    values = engine.settings(plant, 'diff_drive')['plant']
-    largest, delay = values['acceleration_limit'] * motions.TICK, values['dead_time']
+    """Bound of every controller without preview: the set points of both sides after the dead time, within the acceleration limit."""
+    values = engine.settings(plant, 'predictive')
+    largest, delay = values['plant']['acceleration_limit'] * motions.TICK, values['plant']['dead_time']
+    half = 0.5 * (values['plant_model']['effective_track'] or values['geometry']['effective_track'])
     time = numpy.arange(int(round(motion.duration / motions.TICK))) * motions.TICK
-    speed, now = numpy.zeros_like(time), 0.0
+    wanted = numpy.array([motion.at(t) for t in time.tolist()])
+    sides, now = numpy.zeros_like(wanted), numpy.zeros(2)
     for i, t in enumerate(time.tolist()):
-        now += min(largest, max(-largest, motion.at(t - delay)[0] - now))
-        speed[i] = now
-    drive = computed('diff_drive', time, [motion.at(t)[0] for t in time.tolist()], speed)
+        forward, yaw_rate = motion.at(t - delay)
+        now = now + numpy.clip(numpy.array([forward - half * yaw_rate, forward + half * yaw_rate]) - now, -largest, largest)
+        sides[i] = now
+    drive = computed('diff_drive', time, wanted[:, 0], sides.mean(axis=1))
+    drive.set_yaw_rate, drive.yaw_rate = wanted[:, 1], (sides[:, 1] - sides[:, 0]) / (2.0 * half)
     row = {'controller': 'plant_limit', 'plant': plant, 'label': label, **engine.step_columns(motion),
            **metrics.response(drive, motion), **metrics.errors(drive, motion)}
     return row, drive

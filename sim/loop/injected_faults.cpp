@@ -1,7 +1,6 @@
 #include "injected_faults.hpp"
 
 #include <algorithm>
-#include <memory>
 #include <utility>
 
 namespace jackal_aic::sim {
@@ -96,8 +95,9 @@ PlantMeasurement FaultInjector::falsified(const PlantMeasurement& sample) {
   return *(last_ = faulty);
 }
 
-ChannelValidity FaultInjector::measured(double now) const {
-  ChannelValidity valid;
+Observation FaultInjector::observed(const PlantMeasurement& sample, double now) {
+  Observation observation = falsified(sample).observation();
+  ChannelValidity& valid = observation.valid;
   for (const InjectedFault& fault : faults_) {
     if (fault.kind != FaultKind::lost || !fault.activeAt(now)) continue;
     valid.yaw_rate = valid.yaw_rate && !fault.concerns(FaultChannel::gyro);
@@ -105,19 +105,7 @@ ChannelValidity FaultInjector::measured(double now) const {
     valid.wheel_right = valid.wheel_right && !fault.concerns(FaultChannel::right);
     valid.acceleration = valid.acceleration && !fault.concerns(FaultChannel::acceleration);
   }
-  return valid;
-}
-
-LoopHooks faultHooks(JackalPlant& plant, const Faults& faults, const PlantParameters& parameters) {
-  const auto injector = std::make_shared<FaultInjector>(faults, parameters);
-  LoopHooks hooks;
-  hooks.disturb = [&plant, injector](double now) { injector->disturb(plant, now); };
-  hooks.measure = [injector](const PlantMeasurement& sample, double now) {
-    Observation y = injector->falsified(sample).observation();
-    y.valid = injector->measured(now);
-    return y;
-  };
-  return hooks;
+  return observation;
 }
 
 }  // namespace jackal_aic::sim

@@ -8,9 +8,12 @@
 #include <optional>
 #include <vector>
 
-#include "closed_loop.hpp"
+#include "jackal_plant.hpp"
 
 namespace jackal_aic::sim {
+
+/// Rounding of times that are multiples of a step [s].
+inline constexpr double kTimeTolerance = 1e-9;
 
 /// Kind of a fault, or of what is done to the robot. In brackets the meaning of InjectedFault::value.
 enum class FaultKind {
@@ -75,16 +78,13 @@ class FaultInjector {
   /// frozen sensor repeats the last one.
   PlantMeasurement falsified(const PlantMeasurement& sample);
 
-  /// Channels that are measured at a time [s].
-  ChannelValidity measured(double now) const;
+  /// What the drive loop receives of a sample, with the channels that are measured at a time [s].
+  Observation observed(const PlantMeasurement& sample, double now);
 
  private:
   Faults faults_;  // in order of their start
   double gain_, offset_;
   std::optional<PlantMeasurement> last_;
 };
-
-/// Hooks that inject faults into a run. @param plant the driven one; has to outlive the hooks.
-LoopHooks faultHooks(JackalPlant& plant, const Faults& faults, const PlantParameters& parameters = {});
 
 }  // namespace jackal_aic::sim

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
@@ -51,6 +52,18 @@ LimitParameters thesisLimits() {
   LimitParameters limits;
   limits.linear_acceleration = limits.angular_acceleration = 0.0;
   return limits;
+}
+
+/// Settings of a drive loop that always drives: without deadlines, watchdog and fault detection. It tolerates every
+/// loss that the controller can handle.
+DriveParameters uninterrupted() {
+  DriveParameters parameters;
+  parameters.gate.deadlines = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  parameters.gate.plausibility.speed_factor = std::numeric_limits<double>::infinity();
+  parameters.on_loss = {LossAction::drive, LossAction::drive, LossAction::drive,
+                        std::numeric_limits<double>::infinity()};
+  parameters.faults.reset();
+  return parameters;
 }
 
 /// Limits beyond every command.
@@ -122,7 +135,6 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
   apply(overrides, map);
 
   LoopSetup setup;
-  setup.plant_name = plant;
   setup.plant = readParameters<PlantParameters>(map, "plant", robot);
   setup.loop = readParameters<LoopParameters>(map, "loop");
   PlantModel told = linearModel(readParameters<PlantParameters>(nominal, "plant", robot));

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "closed_loop.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "package_files.hpp"
 #include "plant_parameters.hpp"
@@ -22,13 +21,23 @@ inline constexpr const char* kDifferentialDrive = "diff_drive";
 /// Parameters set from text, in order: ("controller.tau", "0.01").
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
+/// Phase of the loop's timers. YAML prefix `loop`.
+struct LoopParameters {
+  double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], in steps of the plant
+};
+
+/// Lists the fields of LoopParameters with unit and range.
+template <class Visitor>
+void describeFields(Visitor& v, LoopParameters& p) {
+  v.field("phase", p.phase, {0.0, 1.0}, "s", Presence::optional);
+}
+
 /// Parameters of one closed loop.
 struct LoopSetup {
-  std::string plant_name;  ///< as given
-  DriveParameters drive;   ///< settings of the drive loop
-  PlantParameters plant;   ///< settings of the plant
-  LoopParameters loop;     ///< timing of both
-  std::string urdf;        ///< text of the robot's URDF
+  DriveParameters drive;  ///< settings of the drive loop
+  PlantParameters plant;  ///< settings of the plant
+  LoopParameters loop;    ///< timing of both
+  std::string urdf;       ///< text of the robot's URDF
   /// Makes a controller other than that of `drive`; else empty.
   std::function<std::unique_ptr<VelocityController>()> structure = {};
 };

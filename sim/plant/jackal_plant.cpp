@@ -52,67 +52,32 @@ Observation PlantMeasurement::observation() const {
 }
 
 struct JackalPlant::Implementation {
-  /// State of the simulation; rebuilt by reset().
-  struct Motion {
-    Motion(const RobotModel& model, const PlantParameters& p)
-        : world(model, p),
-          delay(p.dead_time, kStep),
-          left(p, model.wheels[kFrontLeft].radius, kStep),
-          right(p, model.wheels[kFrontRight].radius, kStep),
-          encoder_filter(p.encoder_filter, kStep),
-          sampling(p.sensor_rate),
-          imu_sampling(p.imu_rate),
-          feedback_sampling(p.feedback_rate),
-          sensors(p, {model.wheels[kFrontLeft].radius, model.wheels[kFrontRight].radius}) {}
-
-    OdeWorld world;
-    CommandDelay delay;
-    MotorLoop left;
-    MotorLoop right;
-    EncoderFilter encoder_filter;
-    Periodic sampling;
-    Periodic imu_sampling;
-    Periodic feedback_sampling;
-    SensorModel sensors;
-    SampleQueue<PlantMeasurement> samples;
-    SampleQueue<ImuMeasurement> imu_samples;
-    ImuMeasurement imu;  // the newest arrived one, with its own rate
-    AccelerationPairing accelerations;
-    WheelFeedback feedback;                          // the newest, with its own rate
-    WheelFeedback published;                         // that of the last sample
-    Eigen::Vector3d push = Eigen::Vector3d::Zero();  // along, across [N] and about the vertical [N m]
-    bool lifted = false;
-    bool left_blocked = false;
-    bool right_blocked = false;
-    std::int64_t steps = 0;
-    Eigen::Vector3d force_sum = Eigen::Vector3d::Zero();  // of the specific force in imu_link since the last sample
-    int force_count = 0;
-    PlantTruth truth;
-    std::optional<PlantMeasurement> measurement;
-    std::optional<ImuMeasurement> imu_measurement;
-  };
-
-  Implementation(const RobotModel& robot, const PlantParameters& p) : model(changed(robot, p)), parameters(p) {
-    reset();
-  }
-
-  void reset() {
-    motion = std::make_unique<Motion>(model, parameters);
-    motion->truth.wheel_position.fill(0.0);
+  Implementation(const RobotModel& robot, const PlantParameters& p)
+      : model(changed(robot, p)),
+        parameters(p),
+        world(model, p),
+        delay(p.dead_time, kStep),
+        left(p, model.wheels[kFrontLeft].radius, kStep),
+        right(p, model.wheels[kFrontRight].radius, kStep),
+        encoder_filter(p.encoder_filter, kStep),
+        sampling(p.sensor_rate),
+        imu_sampling(p.imu_rate),
+        feedback_sampling(p.feedback_rate),
+        sensors(p, {model.wheels[kFrontLeft].radius, model.wheels[kFrontRight].radius}) {
+    truth.wheel_position.fill(0.0);
     observe();
   }
 
   void step() {
-    Motion& m = *motion;
-    m.truth.acting_command = m.delay.acting(m.steps);
-    m.world.push({m.push.x(), m.push.y(), 0.0}, m.push.z());
-    m.world.lift(m.lifted);
+    truth.acting_command = delay.acting(steps);
+    world.push({push.x(), push.y(), 0.0}, push.z());
+    world.lift(lifted);
     supply = voltage();
-    drive(m.left, m.left_blocked, m.truth.acting_command.left, kFrontLeft, kRearLeft);
-    drive(m.right, m.right_blocked, m.truth.acting_command.right, kFrontRight, kRearRight);
-    m.world.step(kStep);
-    ++m.steps;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) m.truth.wheel_position[i] += kStep * m.world.wheelSpeed(i);
+    drive(left, left_blocked, truth.acting_command.left, kFrontLeft, kRearLeft);
+    drive(right, right_blocked, truth.acting_command.right, kFrontRight, kRearRight);
+    world.step(kStep);
+    ++steps;
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_position[i] += kStep * world.wheelSpeed(i);
     observe();
   }
 
@@ -121,14 +86,13 @@ struct JackalPlant::Implementation {
     const PlantParameters& p = parameters;
     if (p.battery_sag == 0.0 && p.battery_discharge == 0.0) return 1.0;
     double torque = 0.0;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) torque += std::abs(motion->world.wheelTorque(i));
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) torque += std::abs(world.wheelTorque(i));
     const double load = torque / (p.torque_limit * static_cast<double>(kWheelJoints.size()));
-    return std::max(kLowestVoltage, 1.0 - p.battery_sag * load - p.battery_discharge * motion->truth.time / 3600.0);
+    return std::max(kLowestVoltage, 1.0 - p.battery_sag * load - p.battery_discharge * truth.time / 3600.0);
   }
 
   /// One motor drives both wheels of its side.
   void drive(MotorLoop& motor, bool blocked, double command, Wheel front, Wheel rear) {
-    OdeWorld& world = motion->world;
     const double speed = 0.5 * (world.wheelSpeed(front) + world.wheelSpeed(rear));
     const double reference = blocked ? 0.0 : motor.reference(command, speed, supply);
     world.setWheelReference(front, reference);
@@ -136,81 +100,75 @@ struct JackalPlant::Implementation {
   }
 
   void observe() {
-    Motion& m = *motion;
-    const ChassisState chassis = m.world.chassis();
+    const ChassisState chassis = world.chassis();
     updateTruth(chassis);
-    PlantTruth seen = m.truth;
-    seen.wheel_velocity = m.encoder_filter.update(m.truth.wheel_velocity);
-    m.force_sum += specificForce(chassis);
-    ++m.force_count;
+    PlantTruth seen = truth;
+    seen.wheel_velocity = encoder_filter.update(truth.wheel_velocity);
+    force_sum += specificForce(chassis);
+    ++force_count;
     const bool own_feedback = parameters.feedback_rate > 0.0, own_imu = parameters.imu_rate > 0.0;
-    if (own_feedback && m.feedback_sampling.due(m.truth.time)) {
-      m.feedback = m.sensors.wheels(seen, sensorInput(chassis));
+    if (own_feedback && feedback_sampling.due(truth.time)) {
+      feedback = sensors.wheels(seen, sensorInput(chassis));
     }
     if (own_imu) {
-      if (m.imu_sampling.due(m.truth.time)) takeImuSample(seen, chassis);
-      m.imu_measurement = m.imu_samples.receive(m.truth.time);
-      if (m.imu_measurement) {
-        m.imu = *m.imu_measurement;
-        m.accelerations.add(m.imu.linear_acceleration, m.imu.stamp);
+      if (imu_sampling.due(truth.time)) takeImuSample(seen, chassis);
+      imu_measurement = imu_samples.receive(truth.time);
+      if (imu_measurement) {
+        imu = *imu_measurement;
+        accelerations.add(imu.linear_acceleration, imu.stamp);
       }
     }
-    if (m.sampling.due(m.truth.time)) takeSample(seen, chassis);
-    m.measurement = m.samples.receive(m.truth.time);
+    if (sampling.due(truth.time)) takeSample(seen, chassis);
+    measurement = samples.receive(truth.time);
     if (!own_imu) {
-      m.imu_measurement = m.measurement;
-    } else if (m.measurement) {
-      const double stamp = m.measurement->stamp;
+      imu_measurement = measurement;
+    } else if (measurement) {
+      const double stamp = measurement->stamp;
       // Paired as the receiver of both pairs them.
-      static_cast<ImuMeasurement&>(*m.measurement) = m.imu;
-      m.measurement->stamp = stamp;
-      m.measurement->linear_acceleration = m.accelerations.take(stamp);
+      static_cast<ImuMeasurement&>(*measurement) = imu;
+      measurement->stamp = stamp;
+      measurement->linear_acceleration = accelerations.take(stamp);
     }
   }
 
   /// Travel of the next message to its reader; the first sample arrives at once.
-  double travel() const {
-    return parameters.network_delay > 0.0 && motion->steps > 0 ? motion->sensors.drawTravel() : 0.0;
-  }
+  double travel() { return parameters.network_delay > 0.0 && steps > 0 ? sensors.drawTravel() : 0.0; }
 
   void takeImuSample(const PlantTruth& seen, const ChassisState& chassis) {
-    Motion& m = *motion;
-    const ImuMeasurement sample = m.sensors.imu(seen, sensorInput(chassis));
-    const double delay = m.sensors.drawDelay(SampleMessage::imu);
-    if (!m.sensors.losesSample(SampleMessage::imu)) m.imu_samples.send(sample, seen.time + delay, travel());
+    const ImuMeasurement sample = sensors.imu(seen, sensorInput(chassis));
+    const double late = sensors.drawDelay(SampleMessage::imu);
+    if (!sensors.losesSample(SampleMessage::imu)) imu_samples.send(sample, seen.time + late, travel());
     restartMean();
   }
 
   void restartMean() {
-    motion->force_sum.setZero();
-    motion->force_count = 0;
+    force_sum.setZero();
+    force_count = 0;
   }
 
   void takeSample(const PlantTruth& seen, const ChassisState& chassis) {
-    Motion& m = *motion;
     const bool own_imu = parameters.imu_rate > 0.0, own_feedback = parameters.feedback_rate > 0.0;
     PlantMeasurement sample;
-    if (!own_feedback) static_cast<WheelFeedback&>(sample) = m.sensors.wheels(seen, sensorInput(chassis));
-    if (!own_imu) static_cast<ImuMeasurement&>(sample) = m.sensors.imu(seen, sensorInput(chassis));
-    const bool repeats = m.sensors.repeatsFeedback();
-    if (own_feedback && !repeats) m.published = m.feedback;
-    if (!own_feedback && !repeats) m.published = sample;
-    static_cast<WheelFeedback&>(sample) = m.published;
-    const double delay = m.sensors.drawDelay();
-    if (!m.sensors.losesSample()) m.samples.send(sample, seen.time + delay, travel());
+    if (!own_feedback) static_cast<WheelFeedback&>(sample) = sensors.wheels(seen, sensorInput(chassis));
+    if (!own_imu) static_cast<ImuMeasurement&>(sample) = sensors.imu(seen, sensorInput(chassis));
+    const bool repeats = sensors.repeatsFeedback();
+    if (own_feedback && !repeats) published = feedback;
+    if (!own_feedback && !repeats) published = sample;
+    static_cast<WheelFeedback&>(sample) = published;
+    const double late = sensors.drawDelay();
+    if (!sensors.losesSample()) samples.send(sample, seen.time + late, travel());
     if (!own_imu) restartMean();
   }
 
   void updateTruth(const ChassisState& chassis) {
-    PlantTruth& truth = motion->truth;
     const Eigen::Vector3d arm = chassis.orientation * -model.chassis.centre;
     const Eigen::Quaterniond to_base = chassis.orientation.conjugate();
-    truth.time = static_cast<double>(motion->steps) * kStep;
+    truth.time = static_cast<double>(steps) * kStep;
     truth.position = chassis.position + arm;
     truth.orientation = chassis.orientation;
     truth.linear_velocity = to_base * (chassis.velocity + chassis.angular_velocity.cross(arm));
     truth.angular_velocity = to_base * chassis.angular_velocity;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_velocity[i] = motion->world.wheelSpeed(i);
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_velocity[i] = world.wheelSpeed(i);
   }
 
   Eigen::Quaterniond imuOrientation(const ChassisState& chassis) const {
@@ -222,23 +180,47 @@ struct JackalPlant::Implementation {
     const Eigen::Vector3d& w = chassis.angular_velocity;
     const Eigen::Vector3d acceleration =
         chassis.acceleration + chassis.angular_acceleration.cross(arm) + w.cross(w.cross(arm));
-    return imuOrientation(chassis).conjugate() * (acceleration - motion->world.gravity());
+    return imuOrientation(chassis).conjugate() * (acceleration - world.gravity());
   }
 
   SensorInput sensorInput(const ChassisState& chassis) const {
-    const Eigen::Quaterniond imu = imuOrientation(chassis);
+    const Eigen::Quaterniond frame = imuOrientation(chassis);
     SensorInput input;
-    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) input.wheel_effort[i] = motion->world.wheelTorque(i);
-    input.angular_velocity = imu.conjugate() * chassis.angular_velocity;
-    input.specific_force = motion->force_sum / std::max(1, motion->force_count);
-    input.orientation = Eigen::AngleAxisd(-parameters.slope * kRadiansPerDegree, Eigen::Vector3d::UnitY()) * imu;
+    for (std::size_t i = 0; i < kWheelJoints.size(); ++i) input.wheel_effort[i] = world.wheelTorque(i);
+    input.angular_velocity = frame.conjugate() * chassis.angular_velocity;
+    input.specific_force = force_sum / std::max(1, force_count);
+    input.orientation = Eigen::AngleAxisd(-parameters.slope * kRadiansPerDegree, Eigen::Vector3d::UnitY()) * frame;
     return input;
   }
 
   RobotModel model;
   PlantParameters parameters;
   double supply = 1.0;  // share of the full voltage in the present step
-  std::unique_ptr<Motion> motion;
+  OdeWorld world;
+  CommandDelay delay;
+  MotorLoop left;
+  MotorLoop right;
+  EncoderFilter encoder_filter;
+  Periodic sampling;
+  Periodic imu_sampling;
+  Periodic feedback_sampling;
+  SensorModel sensors;
+  SampleQueue<PlantMeasurement> samples;
+  SampleQueue<ImuMeasurement> imu_samples;
+  ImuMeasurement imu;  // the newest arrived one, with its own rate
+  AccelerationPairing accelerations;
+  WheelFeedback feedback;                          // the newest, with its own rate
+  WheelFeedback published;                         // that of the last sample
+  Eigen::Vector3d push = Eigen::Vector3d::Zero();  // along, across [N] and about the vertical [N m]
+  bool lifted = false;
+  bool left_blocked = false;
+  bool right_blocked = false;
+  std::int64_t steps = 0;
+  Eigen::Vector3d force_sum = Eigen::Vector3d::Zero();  // of the specific force in imu_link since the last sample
+  int force_count = 0;
+  PlantTruth truth;
+  std::optional<PlantMeasurement> measurement;
+  std::optional<ImuMeasurement> imu_measurement;
 };
 
 JackalPlant::JackalPlant(const std::string& urdf_xml, const PlantParameters& parameters)
@@ -250,27 +232,26 @@ JackalPlant& JackalPlant::operator=(JackalPlant&&) noexcept = default;
 
 bool JackalPlant::command(const WheelCommand& command) {
   if (!std::isfinite(command.left) || !std::isfinite(command.right)) return false;
-  Implementation::Motion& m = *self_->motion;
-  const double travel = self_->parameters.network_delay > 0.0 ? m.sensors.drawTravel() : 0.0;
-  m.delay.push(m.steps, command, std::llround(travel / kStep));
+  const double travel = self_->parameters.network_delay > 0.0 ? self_->sensors.drawTravel() : 0.0;
+  self_->delay.push(self_->steps, command, std::llround(travel / kStep));
   return true;
 }
 
 void JackalPlant::step() { self_->step(); }
 
-double JackalPlant::time() const { return self_->motion->truth.time; }
+double JackalPlant::time() const { return self_->truth.time; }
 
-const std::optional<PlantMeasurement>& JackalPlant::measurement() const { return self_->motion->measurement; }
+const std::optional<PlantMeasurement>& JackalPlant::measurement() const { return self_->measurement; }
 
-const std::optional<ImuMeasurement>& JackalPlant::imuMeasurement() const { return self_->motion->imu_measurement; }
+const std::optional<ImuMeasurement>& JackalPlant::imuMeasurement() const { return self_->imu_measurement; }
 
-const PlantTruth& JackalPlant::truth() const { return self_->motion->truth; }
+const PlantTruth& JackalPlant::truth() const { return self_->truth; }
 
 void JackalPlant::setFriction(double friction) {
   if (!(friction >= 0.0) || !std::isfinite(friction)) {
     throw ParameterError("friction = " + describe(ParameterValue(friction)) + ": must be 0 or more");
   }
-  self_->motion->world.setFriction(friction);
+  self_->world.setFriction(friction);
 }
 
 void JackalPlant::changeMotors(double gain, double offset) {
@@ -278,18 +259,16 @@ void JackalPlant::changeMotors(double gain, double offset) {
     throw ParameterError("wheel_gain = " + describe(ParameterValue(gain)) +
                          ", wheel_offset = " + describe(ParameterValue(offset)) + ": must be above 0, 0 or more");
   }
-  self_->motion->left.change(gain, offset);
-  self_->motion->right.change(gain, offset);
+  self_->left.change(gain, offset);
+  self_->right.change(gain, offset);
 }
 
 void JackalPlant::blockWheels(Side side, bool blocked) {
-  (side == Side::left ? self_->motion->left_blocked : self_->motion->right_blocked) = blocked;
+  (side == Side::left ? self_->left_blocked : self_->right_blocked) = blocked;
 }
 
-void JackalPlant::push(double forward, double left, double torque) { self_->motion->push = {forward, left, torque}; }
+void JackalPlant::push(double forward, double left, double torque) { self_->push = {forward, left, torque}; }
 
-void JackalPlant::lift(bool lifted) { self_->motion->lifted = lifted; }
-
-void JackalPlant::reset() { self_->reset(); }
+void JackalPlant::lift(bool lifted) { self_->lifted = lifted; }
 
 }  // namespace jackal_aic::sim

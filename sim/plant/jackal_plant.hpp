@@ -101,7 +101,7 @@ class JackalPlant {
   double time() const;
 
   /// The sensor sample that arrived in the last step(), if one was due (rate `sensor_rate`) and was not lost. Without
-  /// `stamp_jitter` it was taken in that step. The first one, of time 0, exists right after construction and reset().
+  /// `stamp_jitter` it was taken in that step. The first one, of time 0, exists right after construction.
   const std::optional<PlantMeasurement>& measurement() const;
 
   /// The IMU's sample that arrived in the last step(): the one in measurement(), or, with an `imu_rate`, at that rate.
@@ -110,11 +110,11 @@ class JackalPlant {
   /// True state after the last step().
   const PlantTruth& truth() const;
 
-  /// Changes the friction coefficient of the ground from now on, until reset(). @throws ParameterError if negative or
+  /// Changes the friction coefficient of the ground from now on. @throws ParameterError if negative or
   /// not finite.
   void setFriction(double friction);
 
-  /// Sets another steady-state wheel speed per command and another offset [rad/s] of all motors, until reset(): a weak
+  /// Sets another steady-state wheel speed per command and another offset [rad/s] of all motors: a weak
   /// battery, a load.
   /// @throws ParameterError if the gain is not positive, the offset negative, or one of them not finite.
   void changeMotors(double gain, double offset);
@@ -129,10 +129,6 @@ class JackalPlant {
 
   /// Lifts the robot by 0.3 m at 0.3 m/s, turning it at 0.8 rad/s, or sets it down again. Nothing happens on a box.
   void lift(bool lifted);
-
-  /// Puts the robot back to rest at time 0, with the friction and the seed of the parameters, without pending commands,
-  /// with free motors and on its wheels.
-  void reset();
 
  private:
   struct Implementation;

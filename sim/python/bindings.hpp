@@ -62,6 +62,5 @@ void bindControllers(py::module& m);
 void bindLoop(py::module& m);
 void bindAnalysis(py::module& m);
 void bindSimulation(py::module& m);
-void bindStudies(py::module& m);
 
 }  // namespace jackal_aic::python

@@ -1,4 +1,5 @@
 #include "bindings.hpp"
+#include "jackal_aic/predictive/predictive_controller.hpp"
 
 namespace jackal_aic::python {
 namespace {
@@ -6,6 +7,17 @@ namespace {
 const char* verdictWord(SetPointVerdict verdict) {
   constexpr const char* kWords[] = {"accepted", "not_finite", "absurd"};
   return kWords[static_cast<int>(verdict)];
+}
+
+/// A measurement whose wheels may repeat exactly, because no wheel positions are known.
+bool receive(DriveLoop& loop, const Observation& y, double now) {
+  SensorReading reading{y, FrozenSource::Sample::Zero(), true};
+  loop.receiveWheels(reading, now);
+  if (y.valid.yaw_rate) {
+    reading.sample.head<4>() << y.yaw_rate, y.acceleration_x, y.acceleration_y, y.acceleration_z.value_or(0.0);
+    loop.receiveImu(reading, now);
+  }
+  return loop.observe(y, now);
 }
 
 }  // namespace
@@ -22,12 +34,21 @@ void bindLoop(py::module& m) {
 
 The caller keeps the time [s], of any clock: every call says when it is made. As on a robot, a set point of zero has to come
 first, and the loop stands whenever an input is missing or late.)")
-      .def(py::init([](const Parameters& parameters, const py::object& controller) {
-             const DriveParameters drive = driveParameters(parameters);
+      .def(py::init([](const Parameters& parameters, const py::object& controller, bool motors_shared) {
+             DriveParameters drive = driveParameters(parameters);
+             drive.motors_shared = motors_shared;
              return std::make_unique<DriveLoop>(drive, controllerOf(drive, controller));
            }),
-           py::arg("parameters"), py::arg("controller") = py::none(),
-           "controller: a VelocityController in Python in place of that of the parameters.")
+           py::arg("parameters"), py::arg("controller") = py::none(), py::arg("motors_shared") = false,
+           R"(controller: a VelocityController in Python in place of that of the parameters.
+motors_shared: another source may drive; say so by applied().)")
+      .def(
+          "start",
+          [](DriveLoop& d, double left, double right, double now) {
+            d.start({left, right}, now);
+          },
+          py::arg("left"), py::arg("right"), py::arg("now"),
+          "Restarts on a robot whose wheels turn at these speeds [rad/s].")
       .def(
           "set_set_point",
           [](DriveLoop& d, double forward, double yaw_rate, double now) {
@@ -37,6 +58,24 @@ first, and the loop stands whenever an input is missing or late.)")
           "Desired speed [m/s] and yaw rate [rad/s]; 'accepted', or why it was refused: 'not_finite', 'absurd'.")
       .def("observe", &DriveLoop::observe, py::arg("observation"), py::arg("now"),
            "A measurement came; True if the controller took it.")
+      .def("receive", &receive, py::arg("observation"), py::arg("now"),
+           "The messages came that a measurement is made of, of wheels and IMU, then the measurement; as observe().")
+      .def(
+          "applied",
+          [](DriveLoop& d, double left, double right, double now) {
+            d.applied({left, right}, AppliedSource::drive, now);
+          },
+          py::arg("left"), py::arg("right"), py::arg("now"), "With shared motors: this command reached them [rad/s].")
+      .def("freeze_learning", &DriveLoop::freezeLearning, py::arg("frozen"), py::arg("now"),
+           "Stops or resumes learning, if the controller learns.")
+      .def(
+          "usual_yaw_rate",
+          [](const DriveLoop& d, double left, double right) {
+            if (d.predictive() == nullptr) throw ParameterError("usual_yaw_rate: only `predictive` learns it");
+            return d.predictive()->slipBelief().usualYawRate(left, right);
+          },
+          py::arg("left"), py::arg("right"),
+          "Yaw rate [rad/s] of these wheel speeds [rad/s], as `predictive` learned it.")
       .def(
           "advance",
           [](DriveLoop& d, double now) -> std::optional<WheelPair> {
@@ -68,6 +107,9 @@ first, and the loop stands whenever an input is missing or late.)")
       .def_property_readonly(
           "fault", [](const DriveLoop& d) { return text(d.status().fault); },
           "What the fault detection finds; empty for nothing.")
+      .def_property_readonly(
+          "faulty", [](const DriveLoop& d) { return isFault(d.status().fault); },
+          "The finding is a fault of a sensor or a drive, and no remark.")
       .def_property_readonly(
           "reason", [](const DriveLoop& d) { return reason(d.status()); },
           "Cause and fault in one sentence, as in the node's log; empty for neither.")

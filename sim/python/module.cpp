@@ -24,5 +24,4 @@ PYBIND11_MODULE(_core, m) {
   python::bindLoop(m);
   python::bindAnalysis(m);
   python::bindSimulation(m);
-  python::bindStudies(m);
 }

@@ -13,7 +13,6 @@
 #include "jackal_aic/config/yaml_text.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
-#include "response_metrics.hpp"
 
 namespace jackal_aic::python {
 namespace {
@@ -60,20 +59,67 @@ struct Wanted {
   bool odometry;
 };
 
-/// Records a run.
-class Recorder {
+/// Lets Ctrl-C end a drive.
+void heedSignals() {
+  py::gil_scoped_acquire gil;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+/// The closed loop of a robot and a drive loop in steps of 1 ms, and its recording. Only the seed of the plant is
+/// random, so equal setups give equal samples.
+class ClosedLoop {
  public:
-  Recorder(const sim::JackalPlant& plant, const DriveLoop& drive, const sim::LoopSetup& setup, const Wanted& wanted)
+  ClosedLoop(sim::JackalPlant& plant, DriveLoop& drive, const sim::LoopSetup& setup, sim::Faults faults,
+             const Wanted& wanted)
       : plant_(plant),
         drive_(drive),
+        faults_(std::move(faults), setup.plant),
+        phase_(setup.loop.phase),
         support_(setup.plant.support),
         kinematics_(setup.drive.geometry),
         wanted_(wanted) {
     if (wanted.odometry) odometry_.emplace(makeOdometry(setup.drive, drive));
   }
 
-  void sensed(const sim::LoopStep& step) {
-    const Observation& y = *step.observation;
+  /// Drives along set points from rest, for a time [s].
+  void run(const TimedSetPoints& set_points, double duration) {
+    const double ahead = takeLead();
+    auto next = set_points.begin();
+    const auto steps = std::llround(duration / sim::JackalPlant::kStep);
+    for (long long k = 0; k < steps; ++k, plant_.step()) {
+      const double now = plant_.time() - ahead;
+      for (; next != set_points.end() && std::get<0>(*next) <= now + sim::kTimeTolerance; ++next) {
+        set_point_ = {std::get<1>(*next), 0.0, std::get<2>(*next)};
+      }
+      drive_.setSetPoint(set_point_, now);
+      faults_.disturb(plant_, now);
+      const auto& sample = plant_.measurement();
+      if (sample) {
+        const Observation observation = faults_.observed(*sample, now);
+        drive_.observe(observation, now);
+        noteSample(observation, now);
+      }
+      if (const auto due = drive_.advance(now)) plant_.command(command_ = *due);
+      if (odometry_) odometry_->advance(drive_.command(), sim::JackalPlant::kStep);
+      noteEvent(now);
+      if (sample || !wanted_.samples_only) record(now);
+      if (k % 1000 == 999) heedSignals();
+    }
+  }
+
+  const Recording& recording() const { return recording_; }
+
+ private:
+  /// Lets the plant rest for its lead over the controller, the phase; returns its time [s].
+  double takeLead() {
+    for (auto steps = std::llround(phase_ / sim::JackalPlant::kStep); steps > 0; --steps) {
+      if (plant_.measurement()) drive_.observe(plant_.measurement()->observation(), plant_.time() - phase_);
+      plant_.step();
+    }
+    return plant_.time();
+  }
+
+  void noteSample(const Observation& y, double now) {
     measured_ = {y.wheel_left, y.wheel_right};
     measured_yaw_rate_ = y.yaw_rate;
     counted_ = y.valid;
@@ -88,49 +134,55 @@ class Recorder {
     const std::pair<std::string, bool> finding{report->reason(), report->faulty()};
     if (finding == finding_) return;
     finding_ = finding;
-    recording_.findings.emplace_back(step.time, finding.first, finding.second);
+    recording_.findings.emplace_back(now, finding.first, finding.second);
   }
 
-  void done(const sim::LoopStep& step) {
-    if (odometry_) odometry_->advance(drive_.command(), sim::JackalPlant::kStep);
-    noteEvent(step.time);
-    if (wanted_.samples_only && !step.observation) return;
-    record(step);
-    if (odometry_) recordOdometry();
-  }
-
-  Recording take() { return std::move(recording_); }
-
- private:
-  void record(const sim::LoopStep& step) {
+  /// Body velocity: the true one; on the box, where the chassis cannot move, that of the wheels without slip (eq. 3-1),
+  /// as the thesis plots it.
+  BodyVector velocity() const {
     const sim::PlantTruth& truth = plant_.truth();
-    const BodyVector velocity = sim::reportedVelocity(truth, support_, kinematics_);
+    if (support_ == sim::Support::ground)
+      return {truth.linear_velocity.x(), truth.linear_velocity.y(), truth.angular_velocity.z()};
+    return kinematics_.bodyVelocity(wheels());
+  }
+
+  /// True mean speeds of the sides [rad/s].
+  WheelCommand wheels() const {
+    const auto& wheel = plant_.truth().wheel_velocity;
+    return {0.5 * (wheel[sim::kFrontLeft] + wheel[sim::kRearLeft]),
+            0.5 * (wheel[sim::kFrontRight] + wheel[sim::kRearRight])};
+  }
+
+  void record(double now) {
+    const sim::PlantTruth& truth = plant_.truth();
+    const BodyVector velocity = this->velocity();
+    const WheelCommand wheels = this->wheels();
     const VelocityController& controller = drive_.controller();
     const BodyVector believed = controller.hasBelief() ? controller.believedVelocity() : BodyVector::Constant(kNaN);
     const DriveLoopStatus status = drive_.status();
-    const auto& wheels = truth.wheel_velocity;
-    recording_.rows.push_back({step.time,
-                               step.set_point.forward,
-                               step.set_point.yaw_rate,
+    recording_.rows.push_back({now,
+                               set_point_.forward,
+                               set_point_.yaw_rate,
                                velocity(kForward),
                                velocity(kYaw),
                                truth.position.x(),
                                truth.position.y(),
                                headingOf(truth.orientation),
-                               0.5 * (wheels[sim::kFrontLeft] + wheels[sim::kRearLeft]),
-                               0.5 * (wheels[sim::kFrontRight] + wheels[sim::kRearRight]),
+                               wheels.left,
+                               wheels.right,
                                kinematics_.bodyVelocity(measured_)(kForward),
                                measured_yaw_rate_,
                                measured_.left,
                                measured_.right,
                                believed(kForward),
                                believed(kYaw),
-                               step.command.left,
-                               step.command.right,
+                               command_.left,
+                               command_.right,
                                static_cast<double>(status.decision.status),
                                static_cast<double>(status.decision.cause),
                                static_cast<double>(status.fault),
                                counted_.all() ? 1.0 : 0.0});
+    if (odometry_) recordOdometry();
   }
 
   void recordOdometry() {
@@ -154,12 +206,16 @@ class Recorder {
     recording_.events.emplace_back(time, wordOf(status.decision.status) + (why.empty() ? "" : ": " + why));
   }
 
-  const sim::JackalPlant& plant_;
-  const DriveLoop& drive_;
+  sim::JackalPlant& plant_;
+  DriveLoop& drive_;
+  sim::FaultInjector faults_;
+  double phase_;  // s
   sim::Support support_;
   SkidSteerKinematics kinematics_;
   Wanted wanted_;
   std::optional<Odometry> odometry_;
+  SetPoint set_point_;
+  WheelCommand command_;            // last [rad/s]
   WheelCommand measured_;           // last wheel speeds [rad/s]
   WheelCommand position_;           // last angles of the front wheels [rad]
   double measured_yaw_rate_ = 0.0;  // last gyro sample [rad/s]
@@ -204,12 +260,6 @@ Run runOf(const std::string& robot, const py::object& controller, const sim::Ove
   return run;
 }
 
-/// Lets Ctrl-C end a drive.
-void heedSignals() {
-  py::gil_scoped_acquire gil;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-}
-
 /// Rows as an array, one column after the other.
 template <class Row>
 py::array_t<double> tableOf(const std::vector<Row>& rows) {
@@ -226,9 +276,6 @@ py::array_t<double> tableOf(const std::vector<Row>& rows) {
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
                    double duration, const std::vector<FaultData>& fault_list, const py::dict& changes,
                    std::optional<bool> monitor, const py::dict& monitor_model, bool samples_only, bool odometry) {
-  sim::SetPointProfile profile;
-  profile.duration = duration;
-  for (const auto& [time, forward, yaw_rate] : set_points) profile.changes.push_back({time, {forward, 0.0, yaw_rate}});
   const bool monitored = monitor.value_or(!fault_list.empty());
   Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt);
   sim::LoopSetup& setup = run.setup;
@@ -239,18 +286,12 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
   sim::JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop drive = run.monitor_model ? sim::monitoredLoop(setup, *run.monitor_model) : sim::makeLoop(setup);
   drive.release();
-  Recorder recorder(plant, drive, setup, {samples_only, odometry});
-  sim::LoopHooks hooks = sim::faultHooks(plant, faults, setup.plant);
-  hooks.sensed = [&recorder](const sim::LoopStep& step) { recorder.sensed(step); };
-  hooks.done = [&recorder, steps = 0](const sim::LoopStep& step) mutable {
-    recorder.done(step);
-    if (++steps % 1000 == 0) heedSignals();
-  };
+  ClosedLoop loop(plant, drive, setup, std::move(faults), {samples_only, odometry});
   {
     py::gil_scoped_release release;
-    sim::driveClosedLoop(plant, drive, profile, hooks, setup.loop);
+    loop.run(set_points, duration);
   }
-  const Recording recording = recorder.take();
+  const Recording& recording = loop.recording();
   const PredictiveController* predictive = drive.predictive();
   py::object track = py::none(), model = py::none();
   if (predictive != nullptr) {
@@ -304,31 +345,6 @@ void bindSimulation(py::module& m) {
 the controller's values. "structure" is "thesis", "predictive" or
 "diff_drive", "belief_radius" the spectral radius of a thesis controller's belief update. Arguments and errors are those of
 simulate().)");
-  py::class_<sim::ResponseMetrics>(m, "StepResponse",
-                                   "Figures of a step response, as the thesis defines them (chapter 5).")
-      .def_readonly(
-          "settling_time", &sim::ResponseMetrics::settling,
-          "Time after the step until the signal stays within 5 % of its final value [s]; None if it never does.")
-      .def_readonly("rise_time", &sim::ResponseMetrics::rise,
-                    "Time from 10 % to 90 % of the set point [s]; None if 90 % is never reached.")
-      .def_readonly("overshoot", &sim::ResponseMetrics::overshoot_pct, "Beyond the set point, in percent of the step.")
-      .def_readonly("steady_error", &sim::ResponseMetrics::steady_error_pct,
-                    "Mean error of the last 0.5 s, in percent of the step; positive if too fast.")
-      .def_readonly("bounded", &sim::ResponseMetrics::bounded, "False if the response runs away.")
-      .def("__repr__", [](const sim::ResponseMetrics& r) {
-        const auto seconds = [](const std::optional<double>& time) {
-          return time ? fmt::format("{:.3f} s", *time) : "never";
-        };
-        return fmt::format("<StepResponse settling {}, rise {}, overshoot {:.2f} %, steady error {:.2f} %>",
-                           seconds(r.settling), seconds(r.rise), r.overshoot_pct, r.steady_error_pct);
-      });
-  m.def("step_response", &sim::stepResponseMetrics, py::arg("time"), py::arg("value"), py::arg("step_time"),
-        py::arg("initial"), py::arg("set_point"), py::arg("settling_band") = sim::kSettlingBand,
-        R"(Figures of a step from initial to set_point at step_time [s].
-
-time: stamps [s], increasing, shape (n,). value: the signal at these times, shape (n,), in the unit of the set points.
-settling_band: share of the final value. Raises ValueError if the series differ in length, span less than 0.5 s after the
-step, or the step is zero.)");
   py::class_<std::mt19937_64>(m, "Generator", "std::mt19937_64: a seed means the same draws everywhere.")
       .def(py::init<std::uint64_t>(), py::arg("seed"))
       .def(

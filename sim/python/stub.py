@@ -56,7 +56,7 @@ def lines(name, item):
         return [function(name, item)]
     if issubclass(item, tuple):
         return ['class {}(NamedTuple):'.format(name)] + ['    {}: {}{}'.format(
-            field, item.__annotations__[field].__name__, ' = ...' if field in item._field_defaults else '') for field in item._fields]
+            field, inspect.formatannotation(item.__annotations__[field]), ' = ...' if field in item._field_defaults else '') for field in item._fields]
     members = [member(key, value) for key, value in vars(item).items() if not key.startswith('_') or key in ('__init__', '__getitem__')]
     if item is jackal_aic.Drive:  # its columns
         members.append('def __getattr__(self, name: str) -> numpy.ndarray: ...')

@@ -8,6 +8,7 @@ BARS = (
     ('predictive_steps', 'overshoot', 'overshoot at most {:g} %', 'overshoot_pct', None),
     ('predictive_steps', 'steady_error', 'steady-state error at most {:g} %', 'steady_error_pct', None),
     ('predictive_steps', 'settling_over_improved', "at 0.5 m/s settles in at most {:g} times improved's time", 'settling_s', 'improved'),
+    ('predictive_limits', 'settling_over_limit', "settles in at most {:.2f} times the limit's time", 'settling_s', 'plant_limit'),
     ('predictive_perturbations', 'settling', 'settles within {:g} s with every perturbation', 'settling_s', None),
     ('predictive_perturbations', 'steady_error', 'steady-state error at most {:g} %', 'steady_error_pct', None),
     ('predictive_squares', 'tracking_over_improved', "root-mean-square tracking error at most {:g} times improved's", 'tracking_rms_mps', 'improved'),

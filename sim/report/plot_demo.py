@@ -1,12 +1,11 @@
 #!/usr/bin/python3
-"""Tables and figures of scripts/demo, from what step_recorder wrote for each robot and controller.
+"""Tables and picture of scripts/demo, from what step_recorder wrote for each robot and controller.
 
-Usage: plot_demo.py RECORDINGS OUTPUT CONTROLLER...
-Reads RECORDINGS/<robot>/<controller>/response.csv and metrics.csv; writes OUTPUT/demo.csv, demo_metrics.csv and demo.png (the
-stock controller and ours on a slow straight line and in a turn); prints the tables.
+Usage: plot_demo.py RECORDINGS PICTURE CONTROLLER...
+Reads RECORDINGS/<robot>/<controller>/response.csv and metrics.csv; draws the stock controller and ours on a slow straight line and in
+a turn; prints the tables.
 """
 
-import csv
 import pathlib
 import sys
 
@@ -53,15 +52,6 @@ def warn(metrics):
                   'Its figures are too bad; scripts/demo --speed 0.5 gives it more time.')
 
 
-def write_joined(path, tables):
-    """Writes the tables of all robots and controllers as one, with both in the first columns."""
-    rows = [{'robot': robot, 'controller': controller, **row} for (robot, controller), table in tables.items() for row in table]
-    with open(path, 'w', newline='') as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 def draw(path, responses, metrics):
     """Two panels with two lines each: the error of the stock controller, and ours."""
     figure, grid = plt.subplots(1, 2, figsize=(8.3, 3.2))
@@ -87,12 +77,10 @@ def draw(path, responses, metrics):
     figure.savefig(path, dpi=100)
 
 
-def main(recordings, output, controllers):
+def main(recordings, picture, controllers):
     responses, metrics = ({(robot, name): read_rows(recordings / robot / name / file) for robot in ROBOTS for name in controllers}
                           for file in ('response.csv', 'metrics.csv'))
-    write_joined(output / 'demo.csv', responses)
-    write_joined(output / 'demo_metrics.csv', metrics)
-    draw(output / 'demo.png', responses, metrics)
+    draw(picture, responses, metrics)
     for column, (heading, form) in TABLES.items():
         print(heading, table(metrics, column, form, controllers), '', sep='\n')
     warn(metrics)

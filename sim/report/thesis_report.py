@@ -15,7 +15,6 @@ import bars
 import claims
 import figures
 import hypothesis
-import studies
 from markup import fixed, rendered
 from results import Results, engine
 
@@ -277,7 +276,7 @@ def page(results, images):
                     agreed=sum(verdict.agrees for *_, verdict in verdicts), data=data_sections(results),
                     experiments=[sections[name] for name in reproduced(results)],
                     beyond=[section for name, section in sections.items() if name not in reproduced(results)],
-                    beyond_bars=bars.bar_table(results), studies=list(studies.sections(results)))
+                    beyond_bars=bars.bar_table(results))
 
 
 def main():

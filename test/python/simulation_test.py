@@ -21,6 +21,48 @@ def same(one, other):
                for name, value in one.columns().items())
 
 
+class StepResponses(unittest.TestCase):
+
+    def response(self, value, set_point=1.0, duration=4.0):
+        """Of a function of the time since the step, sampled every millisecond."""
+        time = 0.001 * numpy.arange(int(1000.0 * (1.0 + duration)) + 1)
+        return jackal_aic.step_response(time, [0.0 if t < 1.0 else value(t - 1.0) for t in time], 1.0, 0.0, set_point)
+
+    def test_a_first_order_lag_matches_its_closed_form(self):
+        found = self.response(lambda t: 0.5 * (1.0 - numpy.exp(-t / 0.2)), 0.5)
+        self.assertTrue(found.bounded)
+        self.assertAlmostEqual(found.settling_time, 0.2 * numpy.log(20.0), delta=1e-3)
+        self.assertAlmostEqual(found.rise_time, 0.2 * numpy.log(9.0), delta=1e-3)
+        self.assertEqual(found.overshoot, 0.0)
+        self.assertAlmostEqual(found.steady_error, 0.0, delta=1e-3)
+
+    def test_ringing_settles_at_the_last_entry_into_the_band(self):
+        times, decay, frequency = 0.001 * numpy.arange(6000), 2.0, 8.0
+        ringing = lambda t: 1.0 - numpy.exp(-decay * t) * numpy.cos(frequency * t)  # noqa: E731
+        found = self.response(ringing, duration=6.0)
+        self.assertAlmostEqual(found.settling_time, times[numpy.abs(ringing(times) - 1.0) > 0.05][-1], delta=2e-3)
+        self.assertGreater(found.settling_time, 1.0)  # long after the first crossing
+        self.assertAlmostEqual(found.overshoot, 100.0 * (ringing((numpy.pi - numpy.arctan(decay / frequency)) / frequency) - 1.0), delta=1e-2)
+
+    def test_the_band_is_around_the_final_value(self):
+        found = self.response(lambda t: 0.8 * (1.0 - numpy.exp(-t / 0.1)))
+        self.assertAlmostEqual(found.settling_time, 0.1 * numpy.log(20.0), delta=1e-3)
+        self.assertIsNone(found.rise_time)  # 90 % of the set point are never reached
+        self.assertAlmostEqual(found.steady_error, -20.0, delta=1e-3)
+        for reached in (0.0, 0.01):
+            self.assertIsNone(self.response(lambda t: reached).settling_time)
+        self.assertIsNone(self.response(numpy.sin).settling_time)
+
+    def test_what_diverges_has_no_figures(self):
+        for value in (lambda t: 0.1 * numpy.exp(3.0 * t), lambda t: numpy.nan if t > 2.0 else t):
+            self.assertEqual(self.response(value), (None, None, 0.0, 0.0, False))
+
+    def test_series_that_cannot_be_assessed_are_refused(self):
+        for series in (([0.0, 1.0], [0.0], 0.0, 0.0, 1.0), ([0.0, 0.4], [0.0, 1.0], 0.0, 0.0, 1.0), ([0.0, 1.0], [0.0, 1.0], 0.0, 1.0, 1.0)):
+            with self.assertRaises(ValueError):
+                jackal_aic.step_response(*series)
+
+
 class Drives(unittest.TestCase):
 
     def test_three_lines_suffice(self):

@@ -8,9 +8,9 @@ The compiled part is loaded when a name of it is first used: jackal_aic.msg, whi
 
 _OF_CORE = ('ActiveInference', 'ActiveInferenceController', 'CAUSES', 'Certificate', 'CoreController', 'DifferentialDrive', 'DriveLoop', 'Estimate',
             'FAULTS', 'FaultMonitor', 'FaultReport', 'Generalization', 'Identification', 'Kinematics', 'LinearLoop',
-            'Observation', 'Odometry', 'Parameters', 'PredictiveController', 'STATUSES', 'SetPoint', 'StepResponse', 'certify',
-            'identify', 'linear_loops', 'replay_recording', 'settings', 'step_response')
-_OF_SIMULATION = ('Drive', 'Fault', 'VelocityController', 'simulate')
+            'Observation', 'Odometry', 'Parameters', 'PredictiveController', 'STATUSES', 'SetPoint', 'certify',
+            'identify', 'linear_loops', 'settings')
+_OF_SIMULATION = ('Drive', 'Fault', 'StepResponse', 'VelocityController', 'simulate', 'step_response')
 
 __all__ = sorted(_OF_CORE + _OF_SIMULATION)
 

@@ -4,6 +4,8 @@ import math
 import os
 import typing
 
+import numpy
+
 from . import _core
 
 _COLUMNS = ('time set_speed set_yaw_rate speed yaw_rate x y heading wheel_left wheel_right measured_speed measured_yaw_rate measured_left '
@@ -96,6 +98,69 @@ class VelocityController:
         raise NotImplementedError('act(set_point, observation) of a VelocityController')
 
 
+class StepResponse(typing.NamedTuple):
+    """Figures of a step response, as the thesis defines them (chapter 5); without any if it is not bounded.
+
+    settling_time: after the step until the signal stays within 5 % of its final value [s]; None if it never does.
+    rise_time: from 10 % to 90 % of the set point [s]; None if 90 % is never reached.
+    overshoot: beyond the set point; steady_error: mean of the last 0.5 s, positive if too fast; both in percent of the step.
+    bounded: the signal is finite and within three steps of the set point.
+    """
+
+    settling_time: typing.Optional[float]
+    rise_time: typing.Optional[float]
+    overshoot: float
+    steady_error: float
+    bounded: bool
+
+    def __repr__(self):
+        times = ['never' if time is None else '{:.3f} s'.format(time) for time in self[:2]]
+        return '<StepResponse settling {}, rise {}, overshoot {:.2f} %, steady error {:.2f} %>'.format(*times, *self[2:4])
+
+
+_FINAL = 0.5  # s at the end of a response, over which its final value is the mean
+
+
+def _settling_time(time, error, band):
+    """Time [s] from which the error stays within a band, interpolated; None if the error leaves it in the final window."""
+    outside = numpy.flatnonzero(numpy.abs(error) > band)
+    if not len(outside):
+        return 0.0
+    last = outside[-1]
+    if time[last] >= time[-1] - _FINAL:
+        return None
+    before, after = abs(error[last]), math.copysign(1.0, error[last]) * error[last + 1]
+    return float(time[last] + (before - band) / (before - after) * (time[last + 1] - time[last]))
+
+
+def _crossing(time, value, level):
+    """Time [s] at which a value first reaches a level from below, interpolated."""
+    i = int(numpy.argmax(value >= level))
+    return time[0] if i == 0 else time[i - 1] + (level - value[i - 1]) / (value[i] - value[i - 1]) * (time[i] - time[i - 1])
+
+
+def step_response(time, value, step_time, initial, set_point, settling_band=0.05):
+    """StepResponse of a step from initial to set_point at step_time [s].
+
+    time: stamps [s], increasing, shape (n,). value: the signal at these times, shape (n,), in the unit of the set points.
+    settling_band: share of the final value. Raises ValueError if the series differ in length, span less than 0.5 s after the step, or
+    the step is zero.
+    """
+    time, value = numpy.asarray(time, float), numpy.asarray(value, float)
+    _require(len(time) == len(value), 'step response: time and value differ in length')
+    _require(set_point != initial, 'step response: the step is zero')
+    begin = numpy.searchsorted(time, step_time)
+    time, value = time[begin:] - step_time, (value[begin:] - initial) / (set_point - initial)
+    _require(len(time) and time[-1] >= _FINAL, 'step response: less than 0.5 s recorded after the step')
+    if not numpy.all(numpy.abs(value - 1.0) <= 3.0):
+        return StepResponse(None, None, 0.0, 0.0, False)
+    final, largest = float(numpy.mean(value[time >= time[-1] - _FINAL])), float(numpy.max(value))
+    # The band is relative to the final value, so it needs one beyond the band.
+    settling = _settling_time(time, value - final, settling_band * abs(final)) if abs(final) > settling_band else None
+    rise = float(_crossing(time, value, 0.9) - _crossing(time, value, 0.1)) if largest >= 0.9 else None
+    return StepResponse(settling, rise, 100.0 * max(0.0, largest - 1.0), 100.0 * (final - 1.0), True)
+
+
 class Drive:
     """A simulated drive: columns of numpy arrays, one value per millisecond, as attributes. Body axes: x forward, y left.
 
@@ -147,7 +212,7 @@ class Drive:
             before = value
         if step is None:
             raise ValueError("channel = '{}': its set point never changes".format(channel))
-        return _core.step_response(self.time, getattr(self, channel), *step)
+        return step_response(self.time, getattr(self, channel), *step)
 
     def settling_time(self, channel='speed'):
         """Time after the last step until the channel stays within 5 % of its final value [s]; None if it never does."""

@@ -62,13 +62,6 @@ class Recording {
     return *this;
   }
 
-  void reset() {
-    plant_.setFriction(0.1);
-    plant_.reset();
-    numbers_.clear();
-    steps_ = 0;
-  }
-
   bool operator==(const Recording& other) const {
     return numbers_.size() == other.numbers_.size() &&
            std::memcmp(numbers_.data(), other.numbers_.data(), numbers_.size() * sizeof(double)) == 0;
@@ -133,32 +126,6 @@ TEST(PlantMotors, KeepGainAccelerationAndTorqueLimit) {
   EXPECT_NEAR(sample.wheel_effort[kFrontLeft], 0.1, 1e-6);
   run(weak, 1.0);
   EXPECT_NEAR(wheelSpeed(weak), 20.0, 1e-6);
-}
-
-TEST(PlantMotors, SoftMotorGivesTorqueByTheErrorOfItsSpeed) {
-  P parameters = with(direct(), [](P& p) { p.velocity_loop_stiffness = 3.5, p.slope = 10.0; });
-  parameters.acceleration_limit = 0.1;  // a soft motor has none
-  for (const double integral : {0.0, 8.0}) {
-    parameters.velocity_loop_integral = integral;
-    JackalPlant plant = plantOf(parameters);
-    plant.command({5.0, 5.0});
-    run(plant, 3.0);
-    const double torque = nextMeasurement(plant).wheel_effort[kFrontLeft];
-    EXPECT_GT(torque, 0.3) << "uphill";
-    EXPECT_NEAR(5.0 - wheelSpeed(plant), integral > 0.0 ? 0.0 : torque / 3.5, 1e-3);
-  }
-  parameters = with(direct(), [](P& p) { p.velocity_loop_stiffness = 3.5, p.velocity_loop_integral = 8.0; });
-  parameters.torque_limit = 0.7;
-  JackalPlant plant = plantOf(parameters);
-  plant.command({10.0, 10.0});
-  double largest = 0.0, fastest = 0.0;
-  for (int n = 0; n < 100; ++n) {
-    largest = std::max(largest, std::abs(nextMeasurement(plant).wheel_effort[kFrontLeft]));
-    fastest = std::max(fastest, wheelSpeed(plant));
-  }
-  EXPECT_NEAR(largest, 0.7, 1e-3);
-  EXPECT_LT(fastest, 1.1 * 10.0) << "no wind-up";
-  EXPECT_NEAR(wheelSpeed(plant), 10.0, 0.01);
 }
 
 // ---- the body on the ground
@@ -347,11 +314,9 @@ TEST(Plant, IgnoresCommandsThatAreNotFiniteAndBoundsOthers) {
   EXPECT_LT(yawRate(huge), 0.0);
 }
 
-TEST(Plant, RunsRepeatBySeedAfterAResetAndInThreads) {
+TEST(Plant, RunsRepeatBySeedAndInThreads) {
   Recording first{P{}}, again{P{}};
   first.run(777);
-  EXPECT_TRUE(first == again.run(777));
-  again.reset();
   EXPECT_TRUE(first == again.run(777));
   const P other = with(P{}, [](P& p) { p.friction = 0.2, p.seed = 9; });
   EXPECT_FALSE(first == Recording(with(P{}, [](P& p) { p.seed = 2; })).run(777));
@@ -364,26 +329,6 @@ TEST(Plant, RunsRepeatBySeedAfterAResetAndInThreads) {
   for (std::thread& thread : threads) thread.join();
   for (const Recording& recording : recordings) EXPECT_TRUE(first == recording);
   EXPECT_FALSE(first == different);
-}
-
-TEST(Plant, ResetIsAtRestAtTimeZeroWithItsOwnMotors) {
-  JackalPlant plant = plantOf(quiet());
-  std::vector<double> start, after;
-  Recording::append(plant, start);
-  plant.blockWheels(Side::right, true);
-  plant.changeMotors(0.8, 0.5);
-  plant.command(rolling(0.5, 1.0));
-  run(plant, 1.0);
-  plant.command(rolling(0.5, 1.0));
-  plant.reset();
-  Recording::append(plant, after);
-  EXPECT_EQ(start, after);
-  run(plant, 0.5);
-  EXPECT_EQ(plant.truth().acting_command, WheelCommand{});
-  plant.command(rolling(0.5, 0.5));
-  JackalPlant moved = std::move(plant);
-  run(moved, 2.0);
-  EXPECT_NEAR(wheelSpeed(moved, kFrontRight), 0.5 / kWheelRadius, 0.01);
 }
 
 // ---- handling from outside

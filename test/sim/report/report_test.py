@@ -84,8 +84,8 @@ class Report(unittest.TestCase):
     def test_the_notes_say_what_the_runs_say(self):
         checks = {'table_3-1b': self.drive_acceleration, 'figure_3-4': self.drive_acceleration, 'figure_5-24': self.drive_acceleration,
                   'figure_4-4': self.gain_of_4_4, 'figure_5-1': self.noise_of_5_1, 'table_5-10': self.period, 'newton': self.newton,
-                  'orders': self.variances, 'predictive_perturbations': self.open_loop, 'predictive_squares': self.squares,
-                  'slip_turns': self.tracks, 'sliding_speed': self.wheels_that_slide}
+                  'orders': self.variances, 'predictive_limits': self.limits, 'predictive_perturbations': self.open_loop,
+                  'predictive_squares': self.squares, 'slip_turns': self.tracks, 'sliding_speed': self.wheels_that_slide}
         notes = {name: experiment['note'] for name, experiment in self.results.experiments.items() if 'note' in experiment}
         self.assertLessEqual(set(notes), set(checks), 'a note needs a check')
         self.assertGreaterEqual(len(notes), 10)
@@ -111,6 +111,17 @@ class Report(unittest.TestCase):
     def gain_of_4_4(self, note):
         for run in self.results.runs['figure_4-4']:
             self.assertIn(f'kappa_a = {run["kappa_a"]:g} is ours', note)
+
+    def limits(self, note):
+        """No controller beats the limit of the plant, and `predictive` keeps its bar straight on over the ground."""
+        self.assertIn('follows the set point after the dead time at the acceleration limit', note)
+        runs, bar = self.results.runs['predictive_limits'], self.results.bars['predictive_limits']['settling_over_limit']
+        self.assertTrue(all(case['set'] == {'plant.noise_scale': 0} for case in self.results.experiments['predictive_limits']['cases']))
+        for run in runs:
+            limit = claims.pick(runs, controller='plant_limit', **{key: run[key] for key in ('plant', 'step_mps', 'step_radps')})
+            self.assertGreaterEqual(run['settling_s'], limit['settling_s'] - 0.001)
+            if run['controller'] == 'predictive' and run['plant'] == 'ground' and run['step_mps']:
+                self.assertLessEqual(run['settling_s'], bar * limit['settling_s'])
 
     def noise_of_5_1(self, note):
         self.assertIn('with sensor noise is compared with the plant without', note)
