@@ -47,6 +47,12 @@ double MotorLoop::reference(double command, double speed, double supply) {
   integrate(speed);
   target_ = clampMagnitude(parameters_.wheel_gain * followed(command, speed), speed_limit_ * supply);
   start_speed_ = speed;
+  if (parameters_.velocity_loop_stiffness > 0.0) {
+    reference_ = target_ + correction_;
+    limited_ =
+        std::abs(parameters_.velocity_loop_stiffness * (reference_ - speed)) >= parameters_.torque_limit * supply;
+    return reference_;
+  }
   const double wanted = response_ * (target_ + correction_ - speed);
   const double change = clampMagnitude(wanted, acceleration_limit_ * supply * step_);
   limited_ = change != wanted;
@@ -62,7 +68,7 @@ double MotorLoop::followed(double command, double speed) const {
 }
 
 void MotorLoop::integrate(double speed) {
-  if (limited_ || std::abs(speed - reference_) > kReached) return;
+  if (limited_ || (parameters_.velocity_loop_stiffness == 0.0 && std::abs(speed - reference_) > kReached)) return;
   const double mean_speed = 0.5 * (start_speed_ + speed);
   correction_ += parameters_.velocity_loop_integral * step_ * (target_ - mean_speed);
 }

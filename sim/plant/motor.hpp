@@ -40,12 +40,15 @@ class CommandDelay {
 /// dead band, too. A standing wheel ignores a command below the breakaway (stiction). Each step starts from the wheel
 /// speed of the physics, so the reference cannot run away from a wheel that the torque limit holds back. z rests while
 /// either limit acts (no wind-up).
+///
+/// A soft loop applies the torque k_p (r + z - w) within its limit. Masses and ground determine the motion; T and the
+/// acceleration limit have no effect.
 class MotorLoop {
  public:
   /// @param wheel_radius [m], by which the limits of the circumference are those of the wheel; @param step [s].
   MotorLoop(const PlantParameters& parameters, double wheel_radius, double step);
 
-  /// Wheel speed at the end of a step [rad/s].
+  /// Wheel speed at the end of a step, or r + z of a soft loop [rad/s].
   /// @param command during the step [rad/s]; @param speed of the wheel at its beginning [rad/s]; @param supply share of
   /// the full battery voltage, to which speed and acceleration limit are proportional.
   double reference(double command, double speed, double supply = 1.0);

@@ -116,6 +116,7 @@ OdeWorld::OdeWorld(const RobotModel& model, const PlantParameters& parameters)
       terrain_(parameters),
       friction_(parameters.friction),
       torque_limit_(parameters.torque_limit),
+      stiffness_(parameters.velocity_loop_stiffness),
       fixed_chassis_(parameters.support == Support::box),
       threading_(createThreading()),
       world_(dWorldCreate()),
@@ -142,6 +143,8 @@ void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
   dJointAttach(hinge, wheels_[index], chassis_);
   dJointSetHingeAnchor(hinge, wheel.hub.x(), wheel.hub.y(), wheel.hub.z());
   dJointSetHingeAxis(hinge, 0.0, 1.0, 0.0);
+  // w + c tau = reference: a motor of constraint force mixing c is a proportional controller of gain 1/c.
+  if (stiffness_ > 0.0) dJointSetHingeParam(hinge, dParamCFM, 1.0 / stiffness_);
   dJointSetHingeParam(hinge, dParamFMax, torque_limit_);
   dJointSetFeedback(hinge, &hinge_feedback_[index]);
   hinges_[index] = hinge;

@@ -104,6 +104,7 @@ class OdeWorld {
   Terrain terrain_;
   double friction_;
   double torque_limit_;
+  double stiffness_;
   bool fixed_chassis_;
   Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
   Handle<dWorldID, DestroyWorld> world_;

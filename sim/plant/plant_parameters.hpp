@@ -28,6 +28,7 @@ struct PlantParameters {
   double motor_lag = 0.00636;             ///< time constant of the closed velocity loop [s]
   double wheel_gain = 1.0;                ///< true wheel speed / commanded wheel speed, at steady state
   double velocity_loop_integral = 0.678;  ///< integral gain of the velocity loop [1/s]
+  double velocity_loop_stiffness = 0.0;   ///< torque / speed error, instead of lag and limit; 0: off [N m s/rad]
   double acceleration_limit = 1.65;       ///< of the wheel circumference under the velocity loop [m/s^2]
   double speed_limit = 2.5;               ///< of the wheel circumference, the robot's maximum [m/s]
   double torque_limit = 20.0;             ///< largest torque per wheel [N m]
@@ -83,6 +84,7 @@ void describeFields(Visitor& v, PlantParameters& p) {
   v.field("motor_lag", p.motor_lag, {0.0, 2.0}, "s", Presence::optional);
   v.field("wheel_gain", p.wheel_gain, {0.1, 3.0}, "", Presence::optional);
   v.field("velocity_loop_integral", p.velocity_loop_integral, {0.0, 100.0}, "1/s", Presence::optional);
+  v.field("velocity_loop_stiffness", p.velocity_loop_stiffness, {0.0, 1000.0}, "N m s/rad", Presence::optional);
   v.field("acceleration_limit", p.acceleration_limit, {0.1, 1000.0}, "m/s^2", Presence::optional);
   v.field("speed_limit", p.speed_limit, {0.01, 100.0}, "m/s", Presence::optional);
   v.field("torque_limit", p.torque_limit, {0.1, 1000.0}, "N m", Presence::optional);
