@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <initializer_list>
 #include <limits>
 #include <thread>
 #include <vector>
 
+#include "jackal_aic/config/yaml_parameters.hpp"
 #include "ode_world.hpp"
 #include "test_plant.hpp"
 
@@ -45,59 +45,33 @@ double forward(const JackalPlant& plant) { return plant.truth().linear_velocity.
 double yawRate(const JackalPlant& plant) { return plant.truth().angular_velocity.z(); }
 double wheelSpeed(const JackalPlant& plant, Wheel wheel = kFrontLeft) { return plant.truth().wheel_velocity[wheel]; }
 
-/// All numbers of a drive with forward motion and turns, in every step.
-class Recording {
- public:
-  explicit Recording(const P& parameters) : plant_(plantOf(parameters)) {}
+/// What a plant tells of itself, true and measured.
+std::vector<double> numbersOf(const JackalPlant& plant) {
+  const PlantTruth& t = plant.truth();
+  std::vector<double> numbers{t.time, t.acting_command.left, t.acting_command.right};
+  const auto add = [&](const auto& values) {
+    numbers.insert(numbers.end(), values.data(), values.data() + values.size());
+  };
+  add(t.position), add(t.orientation.coeffs()), add(t.linear_velocity), add(t.angular_velocity);
+  add(t.wheel_position), add(t.wheel_velocity);
+  if (!plant.measurement()) return numbers;
+  const PlantMeasurement& m = *plant.measurement();
+  add(m.wheel_velocity), add(m.wheel_effort), add(m.angular_velocity), add(m.linear_acceleration),
+      add(m.orientation.coeffs());
+  return numbers;
+}
 
-  void step() {
-    const int n = steps_++;
-    if (n % 200 == 0) plant_.command(n % 400 == 0 ? rolling(0.5, 0.3) : rolling(-0.2, 0.6));
-    plant_.step();
-    append(plant_, numbers_);
+/// The numbers of every step of a drive with forward motion and turns.
+std::vector<double> recorded(JackalPlant plant, int steps = 800) {
+  std::vector<double> numbers;
+  for (int n = 0; n < steps; ++n) {
+    if (n % 200 == 0) plant.command(n % 400 == 0 ? rolling(0.5, 0.3) : rolling(-0.2, 0.6));
+    plant.step();
+    const std::vector<double> now = numbersOf(plant);
+    numbers.insert(numbers.end(), now.begin(), now.end());
   }
-
-  Recording& run(int steps) {
-    for (int n = 0; n < steps; ++n) step();
-    return *this;
-  }
-
-  void reset() {
-    plant_.setFriction(0.1);
-    plant_.reset();
-    numbers_.clear();
-    steps_ = 0;
-  }
-
-  bool operator==(const Recording& other) const {
-    return numbers_.size() == other.numbers_.size() &&
-           std::memcmp(numbers_.data(), other.numbers_.data(), numbers_.size() * sizeof(double)) == 0;
-  }
-
-  static void append(const JackalPlant& plant, std::vector<double>& numbers) {
-    const PlantTruth& t = plant.truth();
-    const auto add = [&](const double* values, std::size_t n) { numbers.insert(numbers.end(), values, values + n); };
-    numbers.insert(numbers.end(), {t.time, t.acting_command.left, t.acting_command.right});
-    add(t.position.data(), 3);
-    add(t.orientation.coeffs().data(), 4);
-    add(t.linear_velocity.data(), 3);
-    add(t.angular_velocity.data(), 3);
-    add(t.wheel_position.data(), 4);
-    add(t.wheel_velocity.data(), 4);
-    if (!plant.measurement()) return;
-    const PlantMeasurement& m = *plant.measurement();
-    add(m.wheel_velocity.data(), 4);
-    add(m.wheel_effort.data(), 4);
-    add(m.angular_velocity.data(), 3);
-    add(m.linear_acceleration.data(), 3);
-    add(m.orientation.coeffs().data(), 4);
-  }
-
- private:
-  JackalPlant plant_;
-  int steps_ = 0;
-  std::vector<double> numbers_;
-};
+  return numbers;
+}
 
 // ---- motors
 
@@ -348,42 +322,38 @@ TEST(Plant, IgnoresCommandsThatAreNotFiniteAndBoundsOthers) {
 }
 
 TEST(Plant, RunsRepeatBySeedAfterAResetAndInThreads) {
-  Recording first{P{}}, again{P{}};
-  first.run(777);
-  EXPECT_TRUE(first == again.run(777));
+  const std::vector<double> first = recorded(plantOf({}));
+  JackalPlant again = driven({}, 0.5, 0.2, 0.3);
+  again.setFriction(0.1);
   again.reset();
-  EXPECT_TRUE(first == again.run(777));
-  const P other = with(P{}, [](P& p) { p.friction = 0.2, p.seed = 9; });
-  EXPECT_FALSE(first == Recording(with(P{}, [](P& p) { p.seed = 2; })).run(777));
-  std::vector<Recording> recordings;
-  for (int i = 0; i < 4; ++i) recordings.emplace_back(P{});
-  Recording different{other};
+  EXPECT_EQ(recorded(std::move(again)), first);
+  EXPECT_NE(recorded(plantOf(with(P{}, [](P& p) { p.seed = 2; }))), first);
+  std::vector<std::vector<double>> runs(5);
   std::vector<std::thread> threads;
-  for (Recording& recording : recordings) threads.emplace_back([&recording] { recording.run(777); });
-  different.run(777);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    threads.emplace_back([&run = runs[i], other = i == 4] {
+      run = recorded(plantOf(other ? with(P{}, [](P& p) { p.friction = 0.2, p.seed = 9; }) : P{}));
+    });
+  }
   for (std::thread& thread : threads) thread.join();
-  for (const Recording& recording : recordings) EXPECT_TRUE(first == recording);
-  EXPECT_FALSE(first == different);
+  for (std::size_t i = 0; i < runs.size(); ++i) EXPECT_EQ(runs[i] == first, i < 4) << i;
 }
 
 TEST(Plant, ResetIsAtRestAtTimeZeroWithItsOwnMotors) {
   JackalPlant plant = plantOf(quiet());
-  std::vector<double> start, after;
-  Recording::append(plant, start);
+  const std::vector<double> start = numbersOf(plant);
   plant.blockWheels(Side::right, true);
   plant.changeMotors(0.8, 0.5);
   plant.command(rolling(0.5, 1.0));
   run(plant, 1.0);
   plant.command(rolling(0.5, 1.0));
   plant.reset();
-  Recording::append(plant, after);
-  EXPECT_EQ(start, after);
+  EXPECT_EQ(numbersOf(plant), start);
   run(plant, 0.5);
   EXPECT_EQ(plant.truth().acting_command, WheelCommand{});
   plant.command(rolling(0.5, 0.5));
-  JackalPlant moved = std::move(plant);
-  run(moved, 2.0);
-  EXPECT_NEAR(wheelSpeed(moved, kFrontRight), 0.5 / kWheelRadius, 0.01);
+  run(plant, 2.0);
+  EXPECT_NEAR(wheelSpeed(plant, kFrontRight), 0.5 / kWheelRadius, 0.01);
 }
 
 // ---- handling from outside
@@ -420,42 +390,40 @@ TEST(Plant, PushMovesTheRobotAndTurnsTheWheelsOfSoftMotors) {
 
 /// Keys without an effect while the key that enables them is off, and all others.
 TEST(RealPlant, EveryKeyHasARepeatableEffectOnceItIsEnabled) {
-  const auto record = [](void (*change)(P&)) {
-    Recording recording(with(P{}, change));
-    recording.run(800);
-    return recording;
+  const auto recordedWith = [](const std::string& keys) {
+    ParameterMap map;
+    addYamlText("plant: {" + keys + "}", "keys", map);
+    return recorded(plantOf(readParameters<P>(map, "plant")));
   };
-  const Recording as_is = record([](P&) {});
-  void (*const off[])(P&) = {
-      [](P& p) { p.roughness_length = 0.5; }, [](P& p) { p.ramp_start = 0.1; },
-      [](P& p) { p.patch_size = 0.2; },       [](P& p) { p.kerb_height = 0.5; },
-      [](P& p) { p.gyro_bias_time = 7.0; },   [](P& p) { p.vibration_time = 0.5; },
-      [](P& p) { p.payload_x = 0.1; },        [](P& p) { p.wheel_radius_left = p.wheel_radius_right = kWheelRadius; }};
-  for (std::size_t i = 0; i < std::size(off); ++i) EXPECT_TRUE(as_is == record(off[i])) << i;
-  void (*const on[])(P&) = {[](P& p) { p.wheel_offset = 0.5; },
-                            [](P& p) { p.wheel_breakaway = 7.0; },
-                            [](P& p) { p.wheel_radius_left = 0.0965; },
-                            [](P& p) { p.wheel_radius_right = 0.095; },
-                            [](P& p) { p.battery_sag = 0.2; },
-                            [](P& p) { p.battery_discharge = 0.2; },
-                            [](P& p) { p.payload = 5.0, p.payload_x = 0.1; },
-                            [](P& p) { p.payload = 5.0, p.payload_y = 0.1; },
-                            [](P& p) { p.payload = 5.0, p.payload_z = 0.1; },
-                            [](P& p) { p.roughness = 0.005; },
-                            [](P& p) { p.ramp = 5.0, p.ramp_start = 0.1; },
-                            [](P& p) { p.patch_friction = 0.3, p.patch_size = 0.1; },
-                            [](P& p) { p.kerb_distance = 0.25; },
-                            [](P& p) { p.imu_rate = 80.0; },
-                            [](P& p) { p.feedback_rate = 10.0; },
-                            [](P& p) { p.feedback_repeats = 0.5; },
-                            [](P& p) { p.gyro_bias = 0.01; },
-                            [](P& p) { p.vibration_x = 1.0; },
-                            [](P& p) { p.vibration_gyro = 0.02; },
-                            [](P& p) { p.network_delay = 0.02; }};
-  for (std::size_t i = 0; i < std::size(on); ++i) {
-    const Recording changed = record(on[i]);
-    EXPECT_FALSE(as_is == changed) << i;
-    EXPECT_TRUE(changed == record(on[i])) << i;
+  const std::vector<double> as_is = recorded(plantOf({}));
+  for (const char* keys :
+       {"roughness_length: 0.5", "ramp_start: 0.1", "patch_size: 0.2", "kerb_height: 0.5", "gyro_bias_time: 7.0",
+        "vibration_time: 0.5", "payload_x: 0.1", "wheel_radius_left: 0.098, wheel_radius_right: 0.098"}) {
+    EXPECT_EQ(recordedWith(keys), as_is) << keys;
+  }
+  for (const char* keys : {"wheel_offset: 0.5",
+                           "wheel_breakaway: 7.0",
+                           "wheel_radius_left: 0.0965",
+                           "wheel_radius_right: 0.095",
+                           "battery_sag: 0.2",
+                           "battery_discharge: 0.2",
+                           "payload: 5.0, payload_x: 0.1",
+                           "payload: 5.0, payload_y: 0.1",
+                           "payload: 5.0, payload_z: 0.1",
+                           "roughness: 0.005",
+                           "ramp: 5.0, ramp_start: 0.1",
+                           "patch_friction: 0.3, patch_size: 0.1",
+                           "kerb_distance: 0.25",
+                           "imu_rate: 80.0",
+                           "feedback_rate: 10.0",
+                           "feedback_repeats: 0.5",
+                           "gyro_bias: 0.01",
+                           "vibration_x: 1.0",
+                           "vibration_gyro: 0.02",
+                           "network_delay: 0.02"}) {
+    const std::vector<double> changed = recordedWith(keys);
+    EXPECT_NE(changed, as_is) << keys;
+    EXPECT_EQ(recordedWith(keys), changed) << keys;
   }
 }
 
