@@ -6,24 +6,20 @@ import functools
 import math
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
+from drives import SOURCE
+import calibrate
+import draws
+import engine
+import metrics
+import motions
+import numpy
+import robots
 import rosunit
-
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / 'sim/lab'))
-
-import calibrate  # noqa: E402
-import draws  # noqa: E402
-import engine  # noqa: E402
-import metrics  # noqa: E402
-import motions  # noqa: E402
-import numpy  # noqa: E402
-import robots  # noqa: E402
-import state_space  # noqa: E402
-import thesis  # noqa: E402
+import state_space
+import thesis
 
 PROGRAM = str(SOURCE / 'sim/lab/experiments')
 

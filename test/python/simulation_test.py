@@ -139,22 +139,13 @@ class StepResponse(unittest.TestCase):
 
 class Faults(unittest.TestCase):
 
-    def named(self, fault, **options):
-        drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.3), duration=5.0, faults=fault, **options)
-        found = [(time, text) for time, text in drive.events if 'driving' != text and 'idle' != text]
-        start = fault['start'] if isinstance(fault, dict) else fault.start
-        self.assertTrue(all(time >= start for time, text in found), found)  # it may be named by its first sample
-        return drive, ' '.join(text for time, text in found)
-
     def test_are_named_by_the_monitor(self):
-        for fault, name in ((jackal_aic.Fault('set', 2.0, 'left', 0.0), 'left encoder wrong'),
-                            (jackal_aic.Fault('freeze', 2.0, 'gyro'), 'gyro frozen'),
-                            (jackal_aic.Fault('scale', 2.0, 'gyro', -1.0), 'gyro turns against the wheels'),
-                            (jackal_aic.Fault('lost', 2.0, 'right'), 'right encoder lost'),
-                            (dict(kind='upside_down', start=2.0), 'IMU upside down'),
-                            (jackal_aic.Fault('blocked', 2.0, 'left'), 'left wheels do not follow their command')):
-            drive, text = self.named(fault)
-            self.assertIn(name, text)
+        """Those of the motors here; the others are in the study of the detection."""
+        for fault in (dict(kind='blocked', start=2.0, channel='left'), jackal_aic.Fault('blocked', 2.0, 'left')):
+            drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.3), duration=5.0, faults=fault)
+            found = [(time, text) for time, text in drive.events if text not in ('driving', 'idle')]
+            self.assertTrue(all(time >= 2.0 for time, text in found), found)
+            self.assertIn('left wheels do not follow their command', found[-1][1])
         self.assertEqual(jackal_aic.STATUSES[drive.status[-1]], 'faulted')
         self.assertEqual(jackal_aic.FAULTS[drive.fault[-1]], 'left wheels do not follow their command')
         self.assertAlmostEqual(drive.speed[-1], 0.0, delta=0.01)

@@ -3,27 +3,23 @@
 
 import os
 import pathlib
-import sys
 import tempfile
 import unittest
 
+import drives  # finds the modules of the lab
+import baselines
+import bounds
+import detection
+import engine
+import metrics
+import motions
 import numpy
+import odometry
+import recordings
+import robots
+import robustness
 import rosunit
-
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / 'sim/lab'))
-
-import baselines  # noqa: E402
-import bounds  # noqa: E402
-import detection  # noqa: E402
-import engine  # noqa: E402
-import metrics  # noqa: E402
-import motions  # noqa: E402
-import odometry  # noqa: E402
-import recordings  # noqa: E402
-import robots  # noqa: E402
-import robustness  # noqa: E402
-import stops  # noqa: E402
+import stops
 
 
 class Bounds(unittest.TestCase):

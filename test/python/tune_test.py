@@ -3,18 +3,14 @@
 
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
+from drives import SOURCE
+import engine
 import jackal_aic
 import rosunit
-
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / 'sim/lab'))
-
-import engine  # noqa: E402
-import tuning  # noqa: E402
+import tuning
 
 BOX = str(SOURCE / 'config/plant_box.yaml')
 GROUND = str(SOURCE / 'config/plant.yaml')
@@ -124,8 +120,9 @@ class Tune(unittest.TestCase):
         for arguments, words in ((['--out', self.out], 'required: --plant'), (['--plant', BOX], 'one of the arguments --out --judge is required'),
                                  (['--plant', directory + '/no.yaml', '--out', self.out], 'no.yaml: '),
                                  (['--plant', str(SOURCE / 'config/tuned.yaml'), '--out', self.out], 'not a plant file'),
-                                 (['--plant', negative, '--out', self.out], 'plant_model.lag = -0.03'), (good + ['--orders', '6'], 'orders = 6'), (good + ['--overshoot', '-1'], 'overshoot = -1'),
-                                 (good + ['--evaluations', '0'], 'evaluations = 0'), (good + ['--start', 'diff_drive'], 'expected gains'), (good + ['--start', 'predictive'], 'expected gains'),
+                                 (['--plant', negative, '--out', self.out], 'plant_model.lag = -0.03'), (good + ['--orders', '6'], 'orders = 6'),
+                                 (good + ['--overshoot', '-1'], 'overshoot = -1'), (good + ['--evaluations', '0'], 'evaluations = 0'),
+                                 (good + ['--start', 'diff_drive'], 'expected gains'), (good + ['--start', 'predictive'], 'expected gains'),
                                  (good + ['--start', 'nonesuch'], "'nonesuch': unknown"), (good + ['--nonsense'], '--nonsense'),
                                  (['--plant', BOX, '--out', directory + '/no/such.yaml'], 'cannot be written')):
             said, status = tune(*arguments)

@@ -81,4 +81,3 @@ TEST(IdentificationReport, YamlHoldsTheEstimates) {
 
 }  // namespace
 }  // namespace jackal_aic
-
