@@ -112,7 +112,7 @@ TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
 }
 
 /// The bounds of a radius and a track hold wherever they come from.
-TEST(NodeParameters, AUrdfThatIsMissingWithoutWheelsOrInOtherUnitsIsRefused) {
+TEST(NodeParameters, AUrdfThatIsMissingOrWrongIsRefused) {
   const ParameterMap map = shipped({"jackal", "standard"});
   const auto withRadius = [](const std::string& radius) {
     const std::regex shipped("radius=\"0\\.098\"");

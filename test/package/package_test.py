@@ -259,7 +259,7 @@ class Scripts(unittest.TestCase):
         self.assertIn('Run: apt-get install --only-upgrade libc6\n', said)
         self.assertNotIn('apt -q -o DPkg::Lock::Timeout=300 install', said)
 
-    def test_a_pattern_of_tests_builds_what_they_need_or_says_that_there_is_none(self):
+    def test_a_pattern_builds_what_its_tests_need_or_is_refused(self):
         """`scripts/test --only` asks this before it builds."""
         for pattern, said in (('drive_gate', 'drive_gate_test\n'), ('test_node_lockstep', 'all\n'), ('python_package', 'all\n')):
             self.assertEqual(self.targets(pattern), said)

@@ -228,7 +228,7 @@ class Judge(unittest.TestCase):
 
 class Recording(unittest.TestCase):
 
-    def test_keeps_a_truth_that_comes_before_its_clock_and_none_of_before_a_reset(self):
+    def test_keeps_truth_before_its_clock_but_none_of_before_a_reset(self):
         nodes = object.__new__(campaign.Campaign)  # without a ROS graph
         nodes._record, nodes._recording, nodes._base, nodes._plant_clock = judge.Record(), True, 4.0, 2.0
         for stamp in (1.99, 2.02, 7.5):

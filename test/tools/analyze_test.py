@@ -96,7 +96,7 @@ class Analyze(unittest.TestCase):
         self.assertNotIn('jitter', self.figures(model, '--plant', slow, status=1))
         self.assertIn('jitter', self.refusal(IMPROVED, '--jitter'))
 
-    def test_the_predictive_model_of_the_configuration_may_differ_from_the_plant(self):
+    def test_the_model_of_the_configuration_may_differ_from_the_plant(self):
         robot = self.file('plant_model: {dead_time: 0.4, lag: 0.01}\n')
         printed = self.figures(self.file('', 'predictive.yaml', 'plant_model.yaml'), '--plant', robot, status=1)
         self.assertFalse(printed['stable'], 'a dead time five times as long as believed')

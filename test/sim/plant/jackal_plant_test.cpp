@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "jackal_aic/config/yaml_parameters.hpp"
-#include "ode_world.hpp"
+#include "motor.hpp"
 #include "test_plant.hpp"
 
 namespace jackal_aic::sim {
@@ -75,6 +75,24 @@ std::vector<double> recorded(JackalPlant plant, int steps = 800) {
 
 // ---- motors
 
+TEST(CommandDelay, ActsAfterTheDeadTimeInOrder) {
+  CommandDelay delay(0.110, 0.001), at_once(0.0, 0.001), late(0.010, 0.001);
+  delay.push(5, {1.0, 2.0});
+  delay.push(8, {3.0, 3.0});
+  delay.push(8, {4.0, 4.0});
+  EXPECT_EQ(delay.acting(114), WheelCommand{});
+  EXPECT_EQ(delay.acting(115), (WheelCommand{1.0, 2.0}));
+  EXPECT_EQ(delay.acting(117).left, 1.0);
+  EXPECT_EQ(delay.acting(118).left, 4.0);
+  EXPECT_EQ(delay.acting(1000).left, 4.0);
+  at_once.push(7, {1.0, 1.0});
+  EXPECT_EQ(at_once.acting(7).left, 1.0);
+  late.push(0, {1.0, 1.0}, 15);
+  late.push(5, {2.0, 2.0}, 2);
+  EXPECT_EQ(late.acting(24), WheelCommand{});
+  EXPECT_EQ(late.acting(25), (WheelCommand{2.0, 2.0})) << "both come at once";
+}
+
 TEST(PlantMotors, FollowDeadTimeAndLagExactly) {
   for (const int steps : {0, 1, 37, 110}) {
     JackalPlant plant = plantOf(with(onBox(), [&](P& p) { p.dead_time = 0.001 * steps; }));
@@ -107,6 +125,40 @@ TEST(PlantMotors, KeepGainAccelerationAndTorqueLimit) {
   EXPECT_NEAR(sample.wheel_effort[kFrontLeft], 0.1, 1e-6);
   run(weak, 1.0);
   EXPECT_NEAR(wheelSpeed(weak), 20.0, 1e-6);
+}
+
+/// T w'' + w' + k w = k r, w(0) = 0, w'(0) = r/T.
+TEST(PlantMotors, FollowThePiLoopsStepResponse) {
+  const P parameters = with(onBox(), [](P& p) { p.dead_time = 0.0, p.velocity_loop_integral = 3.0; });
+  JackalPlant plant = plantOf(parameters);
+  plant.command({1.0, 1.0});
+  const double lag = parameters.motor_lag, root = std::sqrt(1.0 - 4.0 * lag * parameters.velocity_loop_integral);
+  const double slow = (-1.0 + root) / (2.0 * lag), fast = (-1.0 - root) / (2.0 * lag);
+  const double a = (1.0 / lag + fast) / (slow - fast);
+  for (int n = 1; n <= 2000; ++n) {
+    plant.step();
+    const double t = 0.001 * n;
+    ASSERT_NEAR(wheelSpeed(plant), 1.0 + a * std::exp(slow * t) - (1.0 + a) * std::exp(fast * t), 2e-3) << t;
+  }
+}
+
+TEST(PlantMotors, AccelerationLimitDoesNotWindUpAndAnOffsetIsADeadBand) {
+  JackalPlant limited =
+      plantOf(with(onBox(), [](P& p) { p.acceleration_limit = 0.5, p.velocity_loop_integral = 5.0; }));
+  limited.command({8.0, 8.0});
+  double highest = 0.0;
+  for (int n = 0; n < 5000; ++n) {
+    limited.step();
+    highest = std::max(highest, wheelSpeed(limited));
+  }
+  EXPECT_NEAR(wheelSpeed(limited), 8.0, 1e-3);
+  EXPECT_LT(highest, 8.0 * 1.1) << "1.6 s of acceleration would add 8 rad/s";
+  for (const auto& [command, speed] : {std::pair(3.0, 2.5), {-3.0, -2.5}, {0.5, 0.0}}) {
+    JackalPlant plant = plantOf(with(onBox(), [](P& p) { p.wheel_offset = 0.5, p.velocity_loop_integral = 5.0; }));
+    plant.command({command, command});
+    run(plant, 3.0);
+    EXPECT_NEAR(wheelSpeed(plant), speed, 1e-5) << command;
+  }
 }
 
 TEST(PlantMotors, SoftMotorGivesTorqueByTheErrorOfItsSpeed) {
@@ -479,51 +531,31 @@ TEST(RealPlant, KerbStopsTheRobotAndAThresholdIsDrivenOver) {
   }
 }
 
-/// Drives a robot with one turn after the other [rad/s of a track of 8 radii], each for some seconds.
-void turnAside(const P& parameters, double speed, std::initializer_list<double> turns, double duration) {
-  JackalPlant plant = plantOf(parameters);
-  for (const double turn : turns) {
-    plant.command({speed / kWheelRadius - 4.0 * turn, speed / kWheelRadius + 4.0 * turn});
-    run(plant, duration);
-  }
-}
-
-/// A sill of a sixth of a millimetre, which a wheel that turns aside on it touches together with the ground; and drives
-/// in which ODE leaves out forces of one or two steps, between the bounds of two contacts.
+/// A sill of a sixth of a millimetre, which a wheel that turns aside on it touches together with the ground; and a
+/// drive in which ODE leaves out forces of one or two steps, between the bounds of two contacts.
 TEST(RealPlant, ForcesOfAWheelThatSlidesOnTwoSurfacesAreFound) {
-  testing::internal::CaptureStderr();
-  for (const double distance : {0.1, 0.25, 0.4}) {
-    for (const double speed : {0.0, 0.3, 1.0}) {
-      turnAside(with(quiet(),
-                     [&](P& p) {
-                       p.friction = 0.86, p.kerb_distance = distance, p.kerb_height = 1.6e-4;
-                       p.wheel_radius_right = 0.096, p.roughness = 0.003;
-                     }),
-                speed, {1.2, -1.2, 0.8}, 4.0);
+  // Turns in rad/s of a track of 8 radii, each for some seconds.
+  const auto turnAside = [](const P& parameters, double speed, std::initializer_list<double> turns, double duration) {
+    JackalPlant plant = plantOf(parameters);
+    for (const double turn : turns) {
+      plant.command({speed / kWheelRadius - 4.0 * turn, speed / kWheelRadius + 4.0 * turn});
+      run(plant, duration);
     }
+  };
+  testing::internal::CaptureStderr();
+  P sill = quiet();
+  sill.friction = 0.86, sill.kerb_height = 1.6e-4, sill.wheel_radius_right = 0.096, sill.roughness = 0.003;
+  for (const double distance : {0.1, 0.25, 0.4}) {
+    sill.kerb_distance = distance;
+    for (const double speed : {0.0, 0.3, 1.0}) turnAside(sill, speed, {1.2, -1.2, 0.8}, 4.0);
   }
-  const struct {
-    std::uint64_t seed;
-    double friction, distance, height, radius, roughness, patch_friction, patch_size, payload, speed, turn;
-  } drives[] = {
-      {27, 0.50399989098559139, 0.13794651928761476, 0.00011670999770785369, 0.097804616593671956,
-       0.0031283680795727688, 0.5587969937201962, 0.53292552906563895, 2.9880022403140711, 1.0318602834439969,
-       0.18511430285921346},
-      {29, 0.61248675660990304, 0.3960358545940238, 0.00014241605596259873, 0.0969809956899996, 0.00074951431860168871,
-       0.56114328405365477, 2.3077585256969928, 4.7515273754139713, 1.0065352906265794, 0.13928004943585717},
-      {58, 0.69389751393672583, 0.29715937855050956, 0.00016274761775732113, 0.095084808508194549,
-       0.00027187456887032028, 0.48794160698612804, 2.0456688650772179, 4.0713064143430291, 0.63921273278943691,
-       0.44641035455376887}};
-  for (const auto& drive : drives) {
-    turnAside(with(quiet(),
-                   [&](P& p) {
-                     p.seed = drive.seed, p.friction = drive.friction, p.kerb_distance = drive.distance;
-                     p.kerb_height = drive.height, p.wheel_radius_right = drive.radius, p.roughness = drive.roughness;
-                     p.patch_friction = drive.patch_friction, p.patch_size = drive.patch_size;
-                     p.payload = drive.payload;
-                   }),
-              drive.speed, {1.2 + drive.turn, -1.2 - drive.turn, 0.8 + drive.turn}, 3.0);
-  }
+  P drawn = quiet();
+  drawn.seed = 58, drawn.friction = 0.69389751393672583, drawn.kerb_distance = 0.29715937855050956;
+  drawn.kerb_height = 0.00016274761775732113, drawn.wheel_radius_right = 0.095084808508194549;
+  drawn.roughness = 0.00027187456887032028, drawn.patch_friction = 0.48794160698612804;
+  drawn.patch_size = 2.0456688650772179, drawn.payload = 4.0713064143430291;
+  constexpr double kMore = 0.44641035455376887;
+  turnAside(drawn, 0.63921273278943691, {1.2 + kMore, -1.2 - kMore, 0.8 + kMore}, 3.0);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
