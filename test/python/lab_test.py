@@ -5,11 +5,10 @@ import csv
 import functools
 import math
 import pathlib
-import subprocess
 import tempfile
 import unittest
 
-from drives import SOURCE
+from drives import SOURCE, run
 import calibrate
 import draws
 import engine
@@ -20,16 +19,6 @@ import robots
 import rosunit
 import state_space
 import thesis
-
-PROGRAM = str(SOURCE / 'sim/lab/experiments')
-
-
-def experiments(*arguments):
-    """What the command prints, and its exit status."""
-    done = subprocess.run(('/usr/bin/python3', PROGRAM) + arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          universal_newlines=True)
-    return done.stdout, done.returncode
-
 
 @functools.lru_cache(maxsize=None)
 def rows(name, *controllers):
@@ -236,7 +225,6 @@ class Predictive(unittest.TestCase):
             self.assertLessEqual(row['settling_s'], bars['settling'], row['label'])
             self.assertLessEqual(abs(row['steady_error_pct']), bars['steady_error'], row['label'])
 
-
     def test_learns_the_slip_within_three_seconds(self):
         found, bars = rows('slip_turns', 'predictive', 'standard', 'improved'), engine.bars()['slip_turns']
         self.assertEqual(len(found), 30)
@@ -270,11 +258,11 @@ class Calibration(unittest.TestCase):
 class Command(unittest.TestCase):
 
     def test_a_step_is_printed_as_a_short_table_unless_a_row_is_asked_for(self):
-        text, status = experiments('step', '--controller', 'predictive', '--plant', 'box', '--step', '0.5')
+        text, status = run('experiments', 'step', '--controller', 'predictive', '--plant', 'box', '--step', '0.5')
         self.assertEqual(status, 0)
         self.assertTrue(text.startswith('experiment          step\ncontroller          predictive\n'), text)
         with tempfile.TemporaryDirectory() as directory:
-            text, status = experiments('step', '--controller', 'improved', '--plant', 'box', '--step', '0.5', '--set',
+            text, status = run('experiments', 'step', '--controller', 'improved', '--plant', 'box', '--step', '0.5', '--set',
                                        'controller.tau=0.01', '--set', 'plant.dead_time=0.05', '--csv', directory + '/row.csv',
                                        '--trace', directory + '/trace.csv')
             self.assertEqual((text, status), ('Wrote {0}/row.csv\nWrote {0}/trace.csv\n'.format(directory), 0))
@@ -298,12 +286,12 @@ class Command(unittest.TestCase):
             (('detection',), 'detection: needs either --out or --quiet-hours'),
             (('detection', '--quiet-hours', '0.3'), 'quiet-hours = 0.3: must be a multiple of 0.5'),
             (('calibrate', '--out', '/tmp', '--plant', 'moon'), "calibrate: argument --plant: invalid choice: 'moon'")):
-            text, status = experiments(*arguments)
+            text, status = run('experiments', *arguments)
             self.assertEqual((text.count('\n'), status), (1, 1), text)
             self.assertTrue(text.startswith('experiments: ' + complaint), text)
 
     def test_absent_recordings_are_skipped(self):
-        text, status = experiments('real', '--data', '/nonexistent/recordings')
+        text, status = run('experiments', 'real', '--data', '/nonexistent/recordings')
         self.assertEqual((text.split(':')[0], status), ('skipped', 0))
 
 
