@@ -2,13 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <boost/core/demangle.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <regex>
 #include <string>
-#include <typeinfo>
 #include <vector>
 
 #include "../repository.hpp"
@@ -30,21 +28,10 @@ std::string replaced(const std::string& text, const std::string& pattern, const 
   return std::regex_replace(text, std::regex(pattern), by);
 }
 
-/// All headers with parameters.
-std::string headers() {
-  std::string text;
-  for (const char* directory : {"include/jackal_aic", "src/node/parameters", "sim/plant"}) {
-    for (const auto& entry : fs::recursive_directory_iterator(kRoot / directory)) {
-      if (entry.path().extension() == ".hpp") text += textOf(entry.path());
-    }
-  }
-  return text;
-}
-
-/// What the header says of a field of a struct, on one line, without the unit at its end.
-std::string remark(const std::string& structure, const Field& field) {
-  static const std::string text = headers();
-  const std::size_t begin = text.find("struct " + structure + " {");
+/// What a header says of a field of a struct, on one line, without the unit at its end.
+std::string remark(const fs::path& header, const std::string& structure, const Field& field) {
+  const std::string text = textOf(kRoot / header);
+  const std::size_t begin = text.find("struct " + structure);
   const std::string body = text.substr(begin, text.find("\n};", begin) - begin);
   std::smatch match;
   const std::regex documented("\\b" + field.name + "(?:\\s*[={][^;]*)?;\\s*///<((?:[^\n]*\n\\s*///<)*[^\n]*)");
@@ -89,12 +76,12 @@ std::string table(const std::vector<Row>& rows) {
 
 /// Rows of a parameter struct.
 template <class Parameters>
-std::vector<Row> rowsOf(const std::string& prefix) {
-  const std::string type = boost::core::demangle(typeid(Parameters).name()), name = type.substr(type.rfind(':') + 1);
+std::vector<Row> rowsOf(const std::string& prefix, const fs::path& header, const std::string& structure) {
   std::vector<Row> rows;
   for (const Field& field : fieldsOf(Parameters{})) {
-    const std::string said = field.name == "robot" ? "name of the robot, for messages" : remark(name, field);
-    EXPECT_FALSE(said.empty()) << name << ": " << field.name << " has no comment";
+    const std::string said =
+        field.name == "robot" ? "name of the robot, for messages" : remark(header, structure, field);
+    EXPECT_FALSE(said.empty()) << structure << ": " << field.name << " has no comment";
     rows.push_back({(prefix.empty() ? "" : prefix + ".") + field.name, field, said});
   }
   return rows;
@@ -109,7 +96,7 @@ Field choice(const char* name, Enum value, const std::array<const char*, N>& wor
 
 std::vector<Row> nodeRows() {
   const NodeParameters node;
-  auto rows = rowsOf<NodeOptions>("");
+  auto rows = rowsOf<NodeOptions>("", "src/node/parameters/node_parameters.hpp", "NodeOptions");
   rows.push_back({"restart_after_stop", choice("restart_after_stop", node.gate.restart_after_stop, kRestartPolicyNames),
                   "what sets the robot moving again after an emergency stop or a stop of the robot"});
   const Field slip_file{"slip.file", node.slip_file, std::nullopt, "", {}, Presence::optional};
@@ -125,23 +112,36 @@ struct Section {
 };
 
 std::vector<Section> controllerSections() {
-  auto robot = rowsOf<GeometryParameters>("robot");
-  const auto names = rowsOf<RobotNames>("robot");
+  const fs::path include = "include/jackal_aic", gate = include / "safety/gate_parameters.hpp";
+  std::vector<Section> sections;
+  sections.push_back({"Node", nodeRows()});
+  auto robot = rowsOf<GeometryParameters>("robot", include / "model/geometry.hpp", "GeometryParameters");
+  const auto names = rowsOf<RobotNames>("robot", "src/node/parameters/node_parameters.hpp", "RobotNames");
   robot.insert(robot.end(), names.begin(), names.end());
-  return {{"Node", nodeRows()},
-          {"Robot", robot},
-          {"Sensors", rowsOf<SensorNoise>("sensors")},
-          {"Limits of the command", rowsOf<LimitParameters>("limits")},
-          {"Deadlines", rowsOf<DeadlineParameters>("deadlines")},
-          {"Lost channels", rowsOf<LossPolicyParameters>("on_loss")},
-          {"Brake", rowsOf<BrakeParameters>("brake")},
-          {"Plausibility", rowsOf<PlausibilityParameters>("plausibility")},
-          {"Odometry", rowsOf<OdometryParameters>("odometry")},
-          {"Fault detection", rowsOf<FaultParameters>("faults")},
-          {"Plant model", rowsOf<PlantModel>("plant_model")},
-          {"Predictive controller", rowsOf<PredictiveParameters>("predictive")},
-          {"The thesis' controller", rowsOf<ControllerParameters>("controller")},
-          {"Differential drive", rowsOf<DifferentialDriveParameters>("diff_drive")}};
+  sections.push_back({"Robot", robot});
+  sections.push_back({"Sensors", rowsOf<SensorNoise>("sensors", include / "model/sensor_noise.hpp", "SensorNoise")});
+  sections.push_back({"Limits of the command", rowsOf<LimitParameters>("limits", gate, "LimitParameters")});
+  sections.push_back({"Deadlines", rowsOf<DeadlineParameters>("deadlines", gate, "DeadlineParameters")});
+  sections.push_back({"Lost channels", rowsOf<LossPolicyParameters>("on_loss", include / "safety/loss_policy.hpp",
+                                                                    "LossPolicyParameters")});
+  sections.push_back({"Brake", rowsOf<BrakeParameters>("brake", gate, "BrakeParameters")});
+  sections.push_back({"Plausibility", rowsOf<PlausibilityParameters>("plausibility", gate, "PlausibilityParameters")});
+  sections.push_back({"Odometry", rowsOf<OdometryParameters>("odometry", "src/node/parameters/node_parameters.hpp",
+                                                             "OdometryParameters")});
+  sections.push_back({"Fault detection",
+                      rowsOf<FaultParameters>("faults", include / "faults/fault_parameters.hpp", "FaultParameters")});
+  sections.push_back(
+      {"Plant model", rowsOf<PlantModel>("plant_model", include / "model/plant_model.hpp", "PlantModel")});
+  sections.push_back({"Predictive controller",
+                      rowsOf<PredictiveParameters>("predictive", include / "predictive/predictive_parameters.hpp",
+                                                   "PredictiveParameters")});
+  sections.push_back(
+      {"The thesis' controller",
+       rowsOf<ControllerParameters>("controller", include / "aic/parameters.hpp", "ControllerParameters")});
+  sections.push_back(
+      {"Differential drive", rowsOf<DifferentialDriveParameters>("diff_drive", include / "aic/differential_drive.hpp",
+                                                                 "DifferentialDriveParameters")});
+  return sections;
 }
 
 /// Takes the rows of config/jackal.yaml out of the sections.
@@ -174,7 +174,7 @@ std::string parameterPage() {
       "what these files have.\n";
   for (const Section& section : sections) text += "\n### " + section.heading + "\n\n" + table(section.rows);
   return text + "\n## The simulated robot\n\nOf `plant_node`, in `config/plant.yaml`.\n\n" +
-         table(rowsOf<sim::PlantParameters>("plant"));
+         table(rowsOf<sim::PlantParameters>("plant", "sim/plant/plant_parameters.hpp", "PlantParameters"));
 }
 
 const char* word(Severity severity) {
