@@ -1,10 +1,11 @@
 #pragma once
 
 /// @file
-/// What an action is refused with.
+/// What is said: what an action is refused with, and the parts of a text.
 
 #include <gtest/gtest.h>
 
+#include <initializer_list>
 #include <string>
 
 #include "jackal_aic/config/parameter_map.hpp"
@@ -23,6 +24,16 @@ std::string complaint(const Action& action, std::size_t most = 400) {
     return what;
   }
   return "";
+}
+
+/// Expects that a text has each of these parts.
+inline void expectSays(const std::string& text, std::initializer_list<std::string> parts) {
+  for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+}
+
+/// Expects that a text has none of these parts.
+inline void expectSaysNot(const std::string& text, std::initializer_list<std::string> parts) {
+  for (const std::string& part : parts) EXPECT_EQ(text.find(part), std::string::npos) << part << "\n" << text;
 }
 
 }  // namespace jackal_aic

@@ -68,22 +68,9 @@ class Samples {
   std::size_t index_ = 0;
 };
 
-/// Belief update of the thesis' controller. @param sampled each with a new sample, else all with the last one
-Tick beliefTick(bool sampled) {
-  const DriveParameters drive = parametersOf("improved");
-  const std::shared_ptr<VelocityController> controller = makeController(drive);
-  Samples samples(drive.geometry, sampled ? 0.001 : kSamplePeriod);
-  controller->setSetPoint(kArc);
-  for (int i = 0; i < 10; ++i) controller->observe(samples.next());
-  return [controller, samples, sampled]() mutable {
-    if (sampled) controller->observe(samples.next());
-    controller->updateBelief();
-  };
-}
-
-/// Belief update of the predictive controller. @param sampled each brings a sample; else one in a thousand does.
-Tick predictiveTick(bool sampled) {
-  const DriveParameters drive = parametersOf("predictive");
+/// Belief update of a controller. @param sampled each brings a sample; else one in a thousand does.
+Tick beliefTick(const char* preset, bool sampled) {
+  const DriveParameters drive = parametersOf(preset);
   const std::shared_ptr<VelocityController> controller = makeController(drive);
   Samples samples(drive.geometry, sampled ? 0.001 : kSamplePeriod);
   controller->setSetPoint(kArc);
@@ -130,10 +117,10 @@ Tick monitorTick(int milliseconds, bool checked) {
 
 const std::vector<std::pair<std::string, std::function<Tick()>>>& ticks() {
   static const std::vector<std::pair<std::string, std::function<Tick()>>> list{
-      {"belief", [] { return beliefTick(false); }},
-      {"belief_sample", [] { return beliefTick(true); }},
-      {"predictive", [] { return predictiveTick(false); }},
-      {"predictive_sample", [] { return predictiveTick(true); }},
+      {"belief", [] { return beliefTick("improved", false); }},
+      {"belief_sample", [] { return beliefTick("improved", true); }},
+      {"predictive", [] { return beliefTick("predictive", false); }},
+      {"predictive_sample", [] { return beliefTick("predictive", true); }},
       {"monitor_advance", [] { return monitorTick(1, false); }},
       {"monitor_check", [] { return monitorTick(0, true); }},
       {"monitor_period", [] { return monitorTick(20, true); }}};

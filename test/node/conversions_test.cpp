@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "inputs/sensors.hpp"
 #include "inputs/set_points.hpp"
@@ -22,32 +23,25 @@ const std::vector<std::string> kLeft{"front_left_wheel", "rear_left_wheel"};
 const std::vector<std::string> kRight{"front_right_wheel", "rear_right_wheel"};
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-sensor_msgs::JointState joints(std::vector<std::string> names, std::vector<double> velocities) {
+sensor_msgs::JointState joints(const std::vector<std::string>& names, const std::vector<double>& velocities) {
   sensor_msgs::JointState message;
-  message.name = std::move(names);
-  message.velocity = std::move(velocities);
+  message.name = names;
+  message.velocity = velocities;
   return message;
 }
 
-sensor_msgs::Imu imu(double wx, double wy, double wz, double ax, double ay, double az) {
+sensor_msgs::Imu imu(const Eigen::Vector3d& turn, const Eigen::Vector3d& force) {
   sensor_msgs::Imu message;
-  message.angular_velocity.x = wx;
-  message.angular_velocity.y = wy;
-  message.angular_velocity.z = wz;
-  message.linear_acceleration.x = ax;
-  message.linear_acceleration.y = ay;
-  message.linear_acceleration.z = az;
+  auto &w = message.angular_velocity, &a = message.linear_acceleration;
+  std::tie(w.x, w.y, w.z, a.x, a.y, a.z) = std::tuple(turn.x(), turn.y(), turn.z(), force.x(), force.y(), force.z());
   return message;
 }
 
 /// What a sensor at rest reports whose frame is turned by `attitude` against the level, and that attitude.
 sensor_msgs::Imu atRest(const Eigen::Quaterniond& attitude) {
-  const Eigen::Vector3d force = attitude.conjugate() * Eigen::Vector3d(0.0, 0.0, 9.81);
-  sensor_msgs::Imu message = imu(0.0, 0.0, 0.0, force.x(), force.y(), force.z());
-  message.orientation.w = attitude.w();
-  message.orientation.x = attitude.x();
-  message.orientation.y = attitude.y();
-  message.orientation.z = attitude.z();
+  sensor_msgs::Imu message = imu({0.0, 0.0, 0.0}, attitude.conjugate() * Eigen::Vector3d(0.0, 0.0, 9.81));
+  auto& q = message.orientation;
+  std::tie(q.w, q.x, q.y, q.z) = std::tuple(attitude.w(), attitude.x(), attitude.y(), attitude.z());
   return message;
 }
 
@@ -80,10 +74,10 @@ TEST(PlanarMotion, RotatesIntoTheBaseFrameAndRefusesWhatIsNotFinite) {
       {Eigen::Quaterniond(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX())), {-0.3, 1.0, -2.0, -9.8}},
       {Eigen::Quaterniond(Eigen::AngleAxisd(M_PI_2, Eigen::Vector3d::UnitZ())), {0.3, -2.0, 1.0, 9.8}}};
   for (const auto& [mounting, motion] : rows) {
-    EXPECT_TRUE(planarMotion(imu(0.1, 0.2, 0.3, 1.0, 2.0, 9.8), mounting)->isApprox(motion)) << motion.transpose();
+    EXPECT_TRUE(planarMotion(imu({0.1, 0.2, 0.3}, {1.0, 2.0, 9.8}), mounting)->isApprox(motion)) << motion.transpose();
   }
-  EXPECT_FALSE(planarMotion(imu(0, 0, kNaN, 0, 0, 9.8), none));
-  EXPECT_FALSE(planarMotion(imu(0, 0, 0, kNaN, 0, 9.8), none));
+  EXPECT_FALSE(planarMotion(imu({0.0, 0.0, kNaN}, {0.0, 0.0, 9.8}), none));
+  EXPECT_FALSE(planarMotion(imu({0.0, 0.0, 0.0}, {kNaN, 0.0, 9.8}), none));
 }
 
 TEST(PlanarMotion, AttitudeTakesGravityOutHoweverTheSensorIsMounted) {
@@ -120,7 +114,11 @@ TEST(SetPointOfTwist, TakesForwardSpeedAndYawRate) {
 }
 
 /// A drive loop whose robot turns to the left.
-DriveLoop turning(const DriveParameters& parameters) {
+template <class Gains>
+DriveLoop turning(const Gains& gains) {
+  DriveParameters parameters;
+  parameters.controller = gains;
+  parameters.plant_model = PlantModel{};
   DriveLoop loop(parameters, makeController(parameters));
   loop.setSetPoint({0.5, 0.0, 0.2}, 1.0);
   loop.observe({1.0, 0.3, 2.0, 4.0, 0.0, 0.0}, 1.0);
@@ -138,9 +136,7 @@ ControllerState messageOf(const DriveLoop& loop, const StateRemarks& remarks = {
 }
 
 TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
-  DriveParameters parameters;
-  parameters.controller = ControllerParameters{};
-  const DriveLoop loop = turning(parameters);
+  const DriveLoop loop = turning(ControllerParameters{});
   const auto& controller = dynamic_cast<const ActiveInferenceController&>(loop.controller());
   const ControllerState message = messageOf(loop);
   EXPECT_EQ(message.structure, ControllerState::THESIS);
@@ -156,24 +152,16 @@ TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
   EXPECT_EQ(message.effective_track, GeometryParameters{}.effective_track);
 }
 
-DriveLoop predictiveLoop() {
-  DriveParameters parameters;
-  parameters.controller = PredictiveParameters{};
-  parameters.plant_model = PlantModel{};
-  return turning(parameters);
-}
-
 TEST(StateMessage, CarriesWhatThePredictiveControllerBelieves) {
-  const DriveLoop loop = predictiveLoop();
+  const DriveLoop loop = turning(PredictiveParameters{});
   const PredictiveController& controller = *loop.predictive();
   const ControllerState message = messageOf(loop);
   EXPECT_EQ(message.structure, ControllerState::PREDICTIVE);
-  ASSERT_EQ(message.belief_forward.size(), 1u);
-  EXPECT_EQ(message.belief_forward[0], controller.believedVelocity()(kForward));
-  EXPECT_EQ(message.belief_yaw_rate.at(0), controller.believedVelocity()(kYaw));
+  EXPECT_EQ(message.belief_forward, std::vector<double>{controller.believedVelocity()(kForward)});
+  EXPECT_EQ(message.belief_yaw_rate, std::vector<double>{controller.believedVelocity()(kYaw)});
   EXPECT_TRUE(message.state_error_forward.empty());
-  EXPECT_EQ(message.sensory_error_wheel_left.at(0), controller.sensoryErrors()(kWheelLeft));
-  EXPECT_EQ(message.sensory_error_wheel_right.at(0), controller.sensoryErrors()(kWheelRight));
+  EXPECT_EQ(message.sensory_error_wheel_left, std::vector<double>{controller.sensoryErrors()(kWheelLeft)});
+  EXPECT_EQ(message.sensory_error_wheel_right, std::vector<double>{controller.sensoryErrors()(kWheelRight)});
   EXPECT_EQ(message.wheel_belief_left, controller.left().speed());
   EXPECT_EQ(message.wheel_belief_right, controller.right().speed());
   EXPECT_EQ(message.disturbance_right, controller.right().disturbance());
@@ -190,42 +178,36 @@ TEST(StateMessage, SaysWhoDrivesAndWhyNot) {
   for (int k = 0; k <= 5; ++k) loop.advance(1.0 + 0.02 * k);
   ASSERT_GT(loop.command().left, 0.0);
   EXPECT_TRUE(messageOf(loop).belief_forward.empty()) << "the baseline has none";
-  struct Case {
+  const std::string absent = "no subscriber on /cmd_vel";
+  using State = ControllerState;
+  const struct {
     StateRemarks remarks;
     std::uint8_t driven_by;
     std::string reason, summary;
-  };
-  const std::string no_subscriber = "no subscriber on /cmd_vel";
-  for (const Case& c : {Case{{"", "", false, 0}, ControllerState::BY_US, "", "driven by this controller"},
-                        Case{{"", no_subscriber, false, 0}, ControllerState::BY_NOBODY, no_subscriber, "not driven"},
-                        Case{{"a fault", no_subscriber, false, 0},
-                             ControllerState::BY_NOBODY,
-                             "a fault; " + no_subscriber,
-                             "not driven"},
-                        Case{{"", "", true, 0}, ControllerState::BY_ANOTHER, "", "driven by another node"}}) {
-    const ControllerState message = messageOf(loop, c.remarks);
-    EXPECT_EQ(message.driven_by, c.driven_by) << c.summary;
-    EXPECT_EQ(message.reason, c.reason);
-    EXPECT_EQ(message.summary, "thesis, driving, " + c.summary);
+  } rows[] = {{{"", "", false, 0}, State::BY_US, "", "driven by this controller"},
+              {{"", absent, false, 0}, State::BY_NOBODY, absent, "not driven"},
+              {{"a fault", absent, false, 0}, State::BY_NOBODY, "a fault; " + absent, "not driven"},
+              {{"", "", true, 0}, State::BY_ANOTHER, "", "driven by another node"}};
+  for (const auto& row : rows) {
+    const ControllerState message = messageOf(loop, row.remarks);
+    EXPECT_EQ(message.driven_by, row.driven_by) << row.summary;
+    EXPECT_EQ(message.reason, row.reason);
+    EXPECT_EQ(message.summary, "thesis, driving, " + row.summary);
+    EXPECT_EQ(message.hypothesis, "") << "without fault detection";
   }
-  EXPECT_EQ(messageOf(loop, {"", "", false, 3}).rejected_measurements, 3u);
-  EXPECT_EQ(messageOf(loop).hypothesis, "") << "without fault detection";
-  const ControllerState message = messageOf(loop, {"", "", false, 0, {faults::kGyroOffset, 0.6}});
+  const ControllerState message = messageOf(loop, {"", "", false, 3, {faults::kGyroOffset, 0.6}});
+  EXPECT_EQ(message.rejected_measurements, 3u);
   EXPECT_EQ(message.hypothesis, "gyro offset");
   EXPECT_EQ(message.hypothesis_probability, 0.6);
 }
 
 // The sums of Clearpath's own package: with them a robot's nodes and ours accept each other's messages.
-template <class Message>
-std::string md5() {
-  return ros::message_traits::MD5Sum<Message>::value();
-}
-
 TEST(JackalMsgs, AreWireCompatibleWithTheRobots) {
-  EXPECT_EQ(md5<jackal_msgs::Drive>(), "601cf097cd47c174590c366c6ddd5fb3");
-  EXPECT_EQ(md5<jackal_msgs::DriveFeedback>(), "8dd0b7a3cfa20cfc5c054ddd9763609b");
-  EXPECT_EQ(md5<jackal_msgs::Feedback>(), "3bdabb0ef46338ee5672d1b82220ab49");
-  EXPECT_EQ(md5<jackal_msgs::Status>(), "c851ebcf9a6e20b196bc7894e285b4f6");
+  using namespace ros::message_traits;
+  EXPECT_STREQ(MD5Sum<jackal_msgs::Drive>::value(), "601cf097cd47c174590c366c6ddd5fb3");
+  EXPECT_STREQ(MD5Sum<jackal_msgs::DriveFeedback>::value(), "8dd0b7a3cfa20cfc5c054ddd9763609b");
+  EXPECT_STREQ(MD5Sum<jackal_msgs::Feedback>::value(), "3bdabb0ef46338ee5672d1b82220ab49");
+  EXPECT_STREQ(MD5Sum<jackal_msgs::Status>::value(), "c851ebcf9a6e20b196bc7894e285b4f6");
 }
 
 }  // namespace

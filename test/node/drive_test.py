@@ -15,34 +15,20 @@ from geometry_msgs.msg import TwistWithCovarianceStamped
 from jackal_aic.msg import SensorGeneralized
 from jackal_msgs.msg import Drive
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
 
 from simulated_robot import Log, RADIUS, Robot, call
 
-SPEED, TURN, TRACK = 0.5, 0.5, 0.5621  # m/s, rad/s, m
+SPEED, TURN = 0.5, 0.5  # m/s, rad/s
 TRANSPORT = 0.01  # s; commands and measurements take a few ms from node to node
-SENSOR_PERIOD = 0.02  # s; on the box the truth comes at the rate of the encoders
 
 
 class Base(unittest.TestCase):
-    on_box = False
 
     def setUp(self):
-        self.robot, self.joints = Robot(self), Log('joint_states', JointState)
+        self.robot = Robot(self)
         self.addCleanup(self.robot.close)
         self.robot.wait_until_ready()
         self.robot.rest()
-        self.joints.clear()
-
-    def truth(self, channel):
-        """Times and values; on the box, where the chassis stands, what the wheels would make of it."""
-        if not self.on_box:
-            return self.robot.series(channel)
-        joints = list(self.joints)
-        speeds = [dict(zip(message.name, message.velocity)) for message in joints]
-        sides = numpy.array([(speed['front_left_wheel'], speed['front_right_wheel']) for speed in speeds])
-        values = RADIUS * (sides.mean(axis=1) if channel == 'forward' else (sides[:, 1] - sides[:, 0]) / TRACK)
-        return [message.header.stamp.to_sec() for message in joints], list(values)
 
     def mean(self, pairs, begin, end):
         """Of (time, value) pairs within a second or more, 40 a second at least."""
@@ -53,19 +39,17 @@ class Base(unittest.TestCase):
     def step(self, forward, yaw_rate=0.0):
         """Figures of a step from rest, from the first action that follows the set point on."""
         self.robot.clear()
-        self.joints.clear()
         self.robot.command(forward, yaw_rate)
         self.robot.run(4.0)
         start = next(state.header.stamp.to_sec() for state in self.robot.states
                      if (state.set_point_forward, state.set_point_yaw_rate) == (forward, yaw_rate))
         channel = 'forward' if forward else 'yaw_rate'
-        found = jackal_aic.step_response(*self.truth(channel), start, 0.0, forward or yaw_rate)
+        found = jackal_aic.step_response(*self.robot.series(channel), start, 0.0, forward or yaw_rate)
         self.assertTrue(found.bounded and found.settling_time and found.rise_time)
         return found
 
     def offline(self, controller, forward, yaw_rate=0.0):
-        overrides = {'plant.noise_scale': 0.0} if self.on_box else {}
-        drive = jackal_aic.simulate('box' if self.on_box else 'ground', controller, [(0.5, forward, yaw_rate)], duration=4.5, overrides=overrides)
+        drive = jackal_aic.simulate('ground', controller, [(0.5, forward, yaw_rate)], duration=4.5)
         return drive.response('speed' if forward else 'yaw_rate')
 
 
@@ -150,9 +134,8 @@ class Predictive(Base):
     def as_offline(self, forward, yaw_rate=0.0):
         path = self.step(forward, yaw_rate)
         same, open_loop = (self.offline(controller, forward, yaw_rate) for controller in ('predictive', 'diff_drive'))
-        resolution = TRANSPORT + (SENSOR_PERIOD if self.on_box else 0.0)
-        self.assertLessEqual(path.settling_time, 1.10 * open_loop.settling_time + resolution)
-        self.assertAlmostEqual(path.settling_time, same.settling_time, delta=0.1 * same.settling_time + resolution)
+        self.assertLessEqual(path.settling_time, 1.10 * open_loop.settling_time + TRANSPORT)
+        self.assertAlmostEqual(path.settling_time, same.settling_time, delta=0.1 * same.settling_time + TRANSPORT)
         return path
 
     def test_steps_and_turns_are_as_fast_as_open_loop_and_exact(self):
@@ -166,9 +149,9 @@ class Predictive(Base):
     def test_the_belief_tells_what_the_robot_does(self):
         beliefs = Log('jackal_AIC/belief', TwistWithCovarianceStamped)
         self.robot.wait(lambda: beliefs, 'the belief')
-        start = self.robot.command(SPEED, 0.0 if self.on_box else TURN)
+        start = self.robot.command(SPEED, TURN)
         self.robot.run(3.0)
-        (time, forward), (_, yaw_rate) = self.truth('forward'), self.truth('yaw_rate')
+        (time, forward), (_, yaw_rate) = self.robot.series('forward'), self.robot.series('yaw_rate')
         beliefs = [belief for belief in list(beliefs) if start <= belief.header.stamp.to_sec() < time[-1]]
         self.assertGreater(len(beliefs), 100)
         self.assertTrue(all(belief.twist.covariance[0] > 0.0 < belief.twist.covariance[35] for belief in beliefs))
@@ -179,7 +162,7 @@ class Predictive(Base):
             return numpy.sqrt(numpy.mean((numpy.array(believed) - numpy.interp(stamps, time, true)) ** 2))
 
         self.assertLess(rms([belief.twist.twist.linear.x for belief in beliefs], forward), 0.03 * SPEED)
-        self.assertLess(rms([belief.twist.twist.angular.z for belief in beliefs], yaw_rate), 0.01 if self.on_box else 0.1 * TURN)
+        self.assertLess(rms([belief.twist.twist.angular.z for belief in beliefs], yaw_rate), 0.1 * TURN)
 
     def request(self, name, value, section='predictive'):
         answer = call('/controller/{}/set_parameters'.format(section), Reconfigure, Config(doubles=[DoubleParameter(name, value)]))
@@ -188,12 +171,11 @@ class Predictive(Base):
     def test_gains_change_while_it_drives_and_unstable_ones_are_refused(self):
         self.robot.command(SPEED)
         self.robot.run(2.0)
-        self.joints.clear()
         self.robot.clear()
         self.assertEqual(self.request('reference_time', 0.2), 0.2)
         self.assertEqual(self.request('action_learning_rate', 0.0), 1.0, 'unstable: the running one stays')
         self.robot.run(1.0)
-        speeds = self.truth('forward')[1]
+        speeds = self.robot.series('forward')[1]
         self.assertGreater(min(speeds), 0.97 * SPEED, 'without a jump')
         self.assertLess(max(speeds), 1.03 * SPEED, 'without a jump')
         self.assertEqual(self.request('wheel_variance', 9e-3, 'sensors'), 9e-3)
@@ -202,11 +184,7 @@ class Predictive(Base):
         self.assertEqual(self.request('wheel_variance', 9e-4, 'sensors'), 9e-4)
 
 
-class PredictiveOnBox(Predictive):
-    on_box = True
-
-
 if __name__ == '__main__':
     rospy.init_node('drive_test')
-    TESTS = {'controller_node': ControllerNode, 'standard': Standard, 'predictive': Predictive, 'predictive_box': PredictiveOnBox}
+    TESTS = {'controller_node': ControllerNode, 'standard': Standard, 'predictive': Predictive}
     rostest.rosrun('jackal_aic', sys.argv[1], TESTS[sys.argv[1]])

@@ -46,6 +46,7 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   EXPECT_EQ(roundTrip(ActionInput{kNow}).due, kNow);
   EXPECT_EQ(roundTrip(ActionInput{}).due, std::nullopt);
   EXPECT_EQ(roundTrip(SetPointInput{{kThird, 0.1, -kThird}, {}}).wanted.vector(), BodyVector(kThird, 0.1, -kThird));
+  EXPECT_TRUE(std::isnan(roundTrip(SetPointInput{{std::nan(""), 0.0, 1.0}, {}}).wanted.forward));
   EXPECT_EQ(roundTrip(SetPointInput{{}, kNow}).stamp, kNow);
   EXPECT_EQ(roundTrip(SetPointInput{}).stamp, std::nullopt);
   const SensorReading wheels = roundTrip(WheelsInput{reading()}).reading;
@@ -68,18 +69,13 @@ TEST(InputMessage, KeepsEveryKindToTheBit) {
   EXPECT_EQ(applied.source, AppliedSource::wheels);
   EXPECT_EQ(roundTrip(LearnedInput{{{kThird, 0.9}}}).learned.slip.effective_track, kThird);
   EXPECT_FALSE(roundTrip(LearnedInput{{{kThird, 0.9}}}).learned.timing);
-  const LearnedInput timed{{{kThird, 0.9}, DriveTrainTiming{kThird, 0.25, 3.0}}};
-  ASSERT_TRUE(roundTrip(timed).learned.timing);
-  EXPECT_EQ(roundTrip(timed).learned.timing->dead_time, kThird);
-  EXPECT_EQ(roundTrip(timed).learned.timing->lag, 0.25);
-  EXPECT_EQ(roundTrip(timed).learned.timing->acceleration_limit, 3.0);
+  const auto timing =
+      roundTrip(LearnedInput{{{kThird, 0.9}, DriveTrainTiming{kThird, 0.25, 3.0}}}).learned.timing.value();
+  EXPECT_EQ(timing.dead_time, kThird);
+  EXPECT_EQ(timing.lag, 0.25);
+  EXPECT_EQ(timing.acceleration_limit, 3.0);
   EXPECT_TRUE(roundTrip(LearningInput{true}).frozen);
   EXPECT_EQ(roundTrip(StartInput{{1.0, kThird}}).driven.right, kThird);
-}
-
-TEST(InputMessage, KeepsASetPointThatIsNotFinite) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(std::isnan(roundTrip(SetPointInput{{nan, 0.0, 1.0}, {}}).wanted.forward));
 }
 
 TEST(InputMessage, KeepsGainsInTheirOrder) {
@@ -102,23 +98,18 @@ TEST(InputMessage, KeepsGainsInTheirOrder) {
 }
 
 TEST(InputMessage, RefusesWhatNoControllerWrote) {
-  LoopInputs message;
-  addInput({kNow, FeedbackInput{kNow}}, message);
-  LoopInputs other = message;
-  other.inputs[0].kind = 200;
-  EXPECT_THROW(inputsOf(other), ParameterError);
-  other = message;
-  other.inputs[0].values.clear();
-  EXPECT_THROW(inputsOf(other), ParameterError);
-  other = message;
-  other.inputs[0].values.push_back(1.0);
-  EXPECT_THROW(inputsOf(other), ParameterError);
-  LoopInputs applied;
-  addInput({kNow, AppliedInput{}}, applied);
-  for (const double source : {-1.0, 3.0, std::numeric_limits<double>::quiet_NaN()}) {
-    applied.inputs[0].values[2] = source;
-    EXPECT_THROW(inputsOf(applied), ParameterError) << source;
-  }
+  const auto expectRefused = [](const auto& what, void (*damage)(LoopInput&)) {
+    LoopInputs message;
+    addInput({kNow, what}, message);
+    damage(message.inputs[0]);
+    EXPECT_THROW(inputsOf(message), ParameterError);
+  };
+  expectRefused(FeedbackInput{kNow}, [](LoopInput& input) { input.kind = 200; });
+  expectRefused(FeedbackInput{kNow}, [](LoopInput& input) { input.values.clear(); });
+  expectRefused(FeedbackInput{kNow}, [](LoopInput& input) { input.values.push_back(1.0); });
+  expectRefused(AppliedInput{}, [](LoopInput& input) { input.values[2] = -1.0; });
+  expectRefused(AppliedInput{}, [](LoopInput& input) { input.values[2] = 3.0; });
+  expectRefused(AppliedInput{}, [](LoopInput& input) { input.values[2] = std::numeric_limits<double>::quiet_NaN(); });
 }
 
 NodeParameters configured(const std::string& preset) {
@@ -146,15 +137,16 @@ TEST(ConfigurationText, GivesTheSameParametersAgainForEveryPreset) {
       ADD_FAILURE() << "asks for the URDF";
       return "";
     });
-    EXPECT_EQ(configurationText(again), text) << preset;
-    EXPECT_EQ(again.controller.index(), parameters.controller.index()) << preset;
-    EXPECT_EQ(again.geometry.effective_track, parameters.geometry.effective_track) << preset;
-    EXPECT_EQ(again.gate.limits.linear_speed, 2.0 * kThird) << preset;
-    EXPECT_EQ(again.gate.deadlines.imu, parameters.gate.deadlines.imu) << preset;
-    EXPECT_EQ(again.gate.restart_after_stop, RestartPolicy::at_once) << preset;
-    EXPECT_EQ(again.faults.value().gyro_variance, 1e-5 * kThird) << preset;
-    EXPECT_TRUE(again.motors_shared) << preset;
-    EXPECT_EQ(again.robot_name, parameters.robot_name) << preset;
+    SCOPED_TRACE(preset);
+    EXPECT_EQ(configurationText(again), text);
+    EXPECT_EQ(again.controller.index(), parameters.controller.index());
+    EXPECT_EQ(again.geometry.effective_track, parameters.geometry.effective_track);
+    EXPECT_EQ(again.gate.limits.linear_speed, 2.0 * kThird);
+    EXPECT_EQ(again.gate.deadlines.imu, parameters.gate.deadlines.imu);
+    EXPECT_EQ(again.gate.restart_after_stop, RestartPolicy::at_once);
+    EXPECT_EQ(again.faults.value().gyro_variance, 1e-5 * kThird);
+    EXPECT_TRUE(again.motors_shared);
+    EXPECT_EQ(again.robot_name, parameters.robot_name);
   }
 }
 

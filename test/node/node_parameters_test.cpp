@@ -17,35 +17,23 @@
 namespace jackal_aic {
 namespace {
 
-const std::string kSource = JACKAL_AIC_SOURCE_DIR;
-
 std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
 
-ParameterMap shipped(const std::string& preset) {
+ParameterMap shipped(const std::vector<std::string>& files) {
   ParameterMap map;
-  addYamlFile(kSource + "/config/jackal.yaml", map);
-  addYamlFile(kSource + "/config/" + preset + ".yaml", map);
+  for (const std::string& file : files) addYamlFile((kRoot / "config" / (file + ".yaml")).string(), map);
   return map;
 }
 
-std::string refusal(const ParameterMap& map, const std::string& urdf) {
+std::string refusal(const ParameterMap& map, const std::string& urdf = jackalUrdf()) {
   const std::string said = complaint([&] { readNodeParameters(map, [&] { return urdf; }); });
   EXPECT_NE(said, "") << "accepted";
   return said;
 }
 
-/// Expects that a preset with a plant model is refused when a key is another, with these words.
-void expectRefused(const std::string& preset, const std::string& key, const ParameterValue& value,
-                   const std::string& said, const char* model = "plant_model") {
-  ParameterMap map = shipped(preset);
-  addYamlFile(kSource + "/config/" + model + ".yaml", map);
-  map.set(key, value);
-  EXPECT_NE(refusal(map, jackalUrdf()).find(said), std::string::npos) << refusal(map, jackalUrdf());
-}
-
 TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
   for (const char* preset : {"standard", "improved", "tuned"}) {
-    const NodeParameters parameters = readNodeParameters(shipped(preset), jackalUrdf);
+    const NodeParameters parameters = readNodeParameters(shipped({"jackal", preset}), jackalUrdf);
     EXPECT_DOUBLE_EQ(parameters.geometry.effective_track, 0.5621);
     EXPECT_DOUBLE_EQ(parameters.geometry.wheel_radius, 0.098) << "from the URDF";
     EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
@@ -54,75 +42,61 @@ TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
 }
 
 TEST(NodeParameters, WhatDoesNotFitIsRefusedByName) {
-  const std::vector<std::string> right{"front_right_wheel"};
-  expectRefused("tuned", "controller.kappa_a", 60.0, "kappa_a = 60 is too large: stable below");
-  // A robot without an identified model is taken for slower than assumed.
-  expectRefused("improved", "controller.kappa_a", 22.0, "kappa_a = 22 is too large: stable below", "jackal_model");
-  expectRefused("tuned", "plant_model.dead_time", 1.0, "closed loop diverges");
-  expectRefused("tuned", "plant_model.lag", -0.1, "plant_model.lag = -0.1");
-  expectRefused("predictive", "controller.kappa_a", 8.0, "both given");
-  expectRefused("predictive", "predictive.belief_rate", 75.0, "predictive.belief_rate = 75");
-  for (const char* key : {"predictive.gyro_variance", "faults.gyro_variance"}) {
-    expectRefused("predictive", key, 1e-4, std::string(key) + " = 0.0001: unknown key");
+  const struct {
+    const char *preset, *key;
+    ParameterValue value;
+    std::string said;
+    const char* model = "plant_model";
+  } rows[] = {
+      {"tuned", "controller.kappa_a", 60.0, "kappa_a = 60 is too large: stable below"},
+      // A robot without an identified model is taken for slower than assumed.
+      {"improved", "controller.kappa_a", 22.0, "kappa_a = 22 is too large: stable below", "jackal_model"},
+      {"tuned", "plant_model.dead_time", 1.0, "closed loop diverges"},
+      {"tuned", "plant_model.lag", -0.1, "plant_model.lag = -0.1"},
+      {"predictive", "controller.kappa_a", 8.0, "both given"},
+      {"predictive", "predictive.belief_rate", 75.0, "predictive.belief_rate = 75"},
+      {"predictive", "predictive.gyro_variance", 1e-4, "predictive.gyro_variance = 0.0001: unknown key"},
+      {"predictive", "faults.gyro_variance", 1e-4, "faults.gyro_variance = 0.0001: unknown key"},
+      {"improved", "robot.base_frame", std::string("//"), "robot.base_frame = '//': must be the name of a frame"},
+      {"improved", "odometry.frame", std::string("//"), "odometry.frame = '//': must be the name of a frame"},
+      {"improved", "output", std::string("serial"), "cmd_drive, twist, gazebo"},
+      {"improved", "slip.file", std::string("slip.yaml"), "must be an absolute path"},
+      {"improved", "robot.left_wheel_joints", std::vector<std::string>{"front_right_wheel"}, ""}};
+  for (const auto& row : rows) {
+    ParameterMap map = shipped({"jackal", row.preset, row.model});
+    map.set(row.key, row.value);
+    expectSays(refusal(map), {row.said});
   }
-  for (const char* key : {"robot.base_frame", "odometry.frame"}) {
-    expectRefused("improved", key, std::string("//"), std::string(key) + " = '//': must be the name of a frame");
-  }
-  expectRefused("improved", "output", std::string("serial"), "cmd_drive, twist, gazebo");
-  expectRefused("improved", "slip.file", std::string("slip.yaml"), "must be an absolute path");
-  expectRefused("improved", "robot.left_wheel_joints", right, "");
-  EXPECT_NE(refusal(shipped("predictive"), jackalUrdf()).find("plant_model.*: missing"), std::string::npos);
-  ParameterMap none;
-  addYamlFile(kSource + "/config/jackal.yaml", none);
-  EXPECT_NE(refusal(none, jackalUrdf()).find("controller.* or predictive.*: missing"), std::string::npos);
+  expectSays(refusal(shipped({"jackal", "predictive"})), {"plant_model.*: missing"});
+  expectSays(refusal(shipped({"jackal"})), {"controller.* or predictive.*: missing"});
 }
 
 TEST(NodeParameters, SaysWhichRobotIsAssumedAndThatIdentifyIsDue) {
-  EXPECT_NE(describeRobot(readNodeParameters(shipped("improved"), jackalUrdf)).find("No plant model"),
-            std::string::npos);
-  const auto described = [](const char* file) {
-    ParameterMap map = shipped("predictive");
-    addYamlFile(kSource + "/config/" + file, map);
-    return describeRobot(readNodeParameters(map, jackalUrdf));
+  const auto described = [](const std::vector<std::string>& files) {
+    return describeRobot(readNodeParameters(shipped(files), jackalUrdf));
   };
-  for (const auto& [file, robot] : {std::pair{"plant_model.yaml", "simulated Jackal"},
-                                    {"plant_model_box.yaml", "simulated Jackal"},
-                                    {"gazebo_model.yaml", "stock Jackal in Gazebo"}}) {
-    EXPECT_NE(described(file).find(robot), std::string::npos) << described(file);
-    EXPECT_EQ(described(file).find("identify"), std::string::npos) << described(file);
+  expectSays(described({"jackal", "improved"}), {"No plant model"});
+  for (const auto& [file, robot] : {std::pair{"plant_model", "simulated Jackal"},
+                                    {"plant_model_box", "simulated Jackal"},
+                                    {"gazebo_model", "stock Jackal in Gazebo"}}) {
+    expectSays(described({"jackal", "predictive", file}), {robot});
+    expectSaysNot(described({"jackal", "predictive", file}), {"identify"});
   }
-  const std::string assumed = described("jackal_model.yaml");
-  for (const char* word : {"Clearpath Jackal", "assumed dead time 0.08 s", "1.65 m/s^2", "Run identify.launch"}) {
-    EXPECT_NE(assumed.find(word), std::string::npos) << assumed;
-  }
-  EXPECT_EQ(assumed.find('\n'), std::string::npos);
+  const std::string assumed = described({"jackal", "predictive", "jackal_model"});
+  expectSays(assumed, {"Clearpath Jackal", "assumed dead time 0.08 s", "1.65 m/s^2", "Run identify.launch"});
+  expectSaysNot(assumed, {"\n"});
 }
 
 TEST(NodeParameters, OneVarianceOfASensorIsForAllThatWeighByIt) {
-  ParameterMap map = shipped("predictive");
-  addYamlFile(kSource + "/config/plant_model.yaml", map);
+  ParameterMap map = shipped({"jackal", "predictive", "plant_model"});
   map.set("sensors.gyro_variance", 1e-4);
   const NodeParameters parameters = readNodeParameters(map, jackalUrdf);
   EXPECT_EQ(std::get<PredictiveParameters>(parameters.controller).gyro_variance, 1e-4);
   EXPECT_EQ(parameters.faults->gyro_variance, 1e-4);
 }
 
-/// The bounds of a radius and a track hold wherever they come from.
-TEST(NodeParameters, AUrdfInOtherUnitsIsRefused) {
-  ParameterMap map = shipped("predictive");
-  addYamlFile(kSource + "/config/plant_model.yaml", map);
-  const auto with = [](const std::string& from, const std::string& to) {
-    return std::regex_replace(jackalUrdf(), std::regex(from), to);
-  };
-  const std::string radius = "radius=\"0\\.098\"";
-  ASSERT_NE(jackalUrdf(), with(radius, ""));
-  EXPECT_EQ(refusal(map, with(radius, "radius=\"98\"")), "URDF: robot.wheel_radius = 98: must be in [0.01, 1] m");
-  EXPECT_EQ(refusal(map, with(radius, "radius=\"1e-9\"")).rfind("URDF: robot.wheel_radius = 1e-09", 0), 0u);
-}
-
 TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
-  ParameterMap map;
-  addYamlFile(kSource + "/config/standard.yaml", map);
+  ParameterMap map = shipped({"standard"});
   NodeParameters parameters = readNodeParameters(map, jackalUrdf);
   EXPECT_NEAR(parameters.geometry.effective_track, 1.5 * 0.37559, 1e-9);
   EXPECT_NEAR(parameters.geometry.wheel_radius, 0.098, 1e-9);
@@ -137,12 +111,19 @@ TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
   EXPECT_EQ(parameters.geometry.effective_track, 0.6);
 }
 
-TEST(NodeParameters, AUrdfThatIsMissingOrWithoutWheelsIsRefused) {
-  EXPECT_NE(refusal(shipped("standard"), "").find("robot.wheel_radius"), std::string::npos);
-  EXPECT_NE(refusal(shipped("standard"), "").find("robot_description"), std::string::npos);
-  const std::string cart = "<robot name='cart'><link name='base_link'/></robot>";
-  EXPECT_NE(refusal(shipped("standard"), cart).find("front_left_wheel"), std::string::npos);
-  EXPECT_FALSE(refusal(shipped("standard"), "not a robot").empty());
+/// The bounds of a radius and a track hold wherever they come from.
+TEST(NodeParameters, AUrdfThatIsMissingOrWrongIsRefused) {
+  const ParameterMap map = shipped({"jackal", "standard"});
+  const auto withRadius = [](const std::string& radius) {
+    const std::regex shipped("radius=\"0\\.098\"");
+    EXPECT_TRUE(std::regex_search(jackalUrdf(), shipped));
+    return std::regex_replace(jackalUrdf(), shipped, "radius=\"" + radius + "\"");
+  };
+  expectSays(refusal(map, ""), {"robot.wheel_radius", "robot_description"});
+  expectSays(refusal(map, "<robot name='cart'><link name='base_link'/></robot>"), {"front_left_wheel"});
+  expectSays(refusal(map, "not a robot"), {});
+  EXPECT_EQ(refusal(map, withRadius("98")), "URDF: robot.wheel_radius = 98: must be in [0.01, 1] m");
+  EXPECT_EQ(refusal(map, withRadius("1e-9")).rfind("URDF: robot.wheel_radius = 1e-09", 0), 0u);
 }
 
 /// Expects that each bound of a gain shown at run time is the last value that is accepted towards `beyond`, and that
@@ -240,10 +221,7 @@ ParameterValue asReal(const ParameterValue& value) {
 }
 
 TEST(Defaults, AreThoseOfTheShippedFiles) {
-  ParameterMap map;
-  for (const char* file : {"diff_drive", "advanced", "jackal", "standard", "predictive", "jackal_model", "plant"}) {
-    addYamlFile(kSource + "/config/" + file + ".yaml", map);
-  }
+  ParameterMap map = shipped({"diff_drive", "advanced", "jackal", "standard", "predictive", "jackal_model", "plant"});
   // Which mean something else where they are missing: a robot without a name, one that was identified, and geometry
   // that the URDF tells. The baseline has a deadline of its own.
   const std::set<std::string> apart{"plant_model.robot", "plant_model.identified", "robot.wheel_radius"};

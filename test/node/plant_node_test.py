@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The simulated robot as a node: rates, commands, handling from outside, reset."""
+"""The simulated robot as a node: rates, commands, an IMU that is pulled, reset."""
 
 import math
 import time
@@ -7,7 +7,6 @@ import unittest
 
 import rospy
 import rostest
-from geometry_msgs.msg import Wrench
 from jackal_msgs.msg import Drive, Feedback
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock, Log as Line
@@ -32,11 +31,11 @@ class PlantNode(unittest.TestCase):
         cls.clock, cls.truth = Log('/clock', Clock), Log('/ground_truth/odom', Odometry)
         cls.joints, cls.imu, cls.feedback = Log('/joint_states', JointState), Log('/imu/data', Imu), Log('/feedback', Feedback)
         cls.transforms, cls.lines = Log('/tf', TFMessage), Log('/rosout', Line)
-        cls.drive_topic, cls.push = advertise('/cmd_drive', Drive), advertise('/plant/push', Wrench)
+        cls.drive_topic = advertise('/cmd_drive', Drive)
         cls.gazebo = [advertise('/jackal_{}_wheel/command'.format(side), Float64) for side in ('left', 'right')]
 
     def setUp(self):
-        topics = [self.drive_topic, self.push] + self.gazebo
+        topics = [self.drive_topic] + self.gazebo
         self.wait(lambda: all(topic.get_num_connections() > 0 for topic in topics) and self.truth and self.joints and self.imu and
                   self.feedback and self.transforms)
         self.reset()
@@ -102,17 +101,8 @@ class PlantNode(unittest.TestCase):
         self.assertAlmostEqual(self.joints[-1].velocity[0], 1.0, delta=1e-3)
         self.assertAlmostEqual(self.joints[-1].velocity[1], 3.0, delta=1e-3)
 
-    def test_is_handled_from_outside(self):
-        call('/plant/block_left', SetBool, True)
-        self.drive(5.0, 5.0)
-        self.run_for(1.0)
-        self.assertAlmostEqual(self.joints[-1].velocity[0], 0.0, delta=0.2)
-        self.assertGreater(self.joints[-1].velocity[1], 4.0)
-        call('/plant/block_left', SetBool, False)
-        self.drive(5.0, 5.0)  # again: the plant stops when no command comes for 2 s
-        self.run_for(1.5)
-        self.assertGreater(self.joints[-1].velocity[0], 4.0)
-        self.reset()
+    def test_pulls_the_imu(self):
+        """Blocked wheels, pushes and lifts are those of the fault campaign."""
         call('/plant/pull_imu', SetBool, True)
         self.run_for(0.1)
         self.imu.clear()
@@ -121,14 +111,6 @@ class PlantNode(unittest.TestCase):
         call('/plant/pull_imu', SetBool, False)
         self.run_for(0.5)
         self.assertGreater(len(self.imu), 10)
-        wrench = Wrench()
-        wrench.force.x = 200.0  # more than the tyres hold
-        self.push.publish(wrench)
-        self.run_for(0.3)
-        self.assertGreater(self.speed(), 0.3)
-        self.push.publish(Wrench())
-        self.run_for(1.0)
-        self.assertAlmostEqual(self.speed(), 0.0, delta=1e-2)
 
     def test_reset_puts_everything_back_and_takes_parameters_anew(self):
         self.drive(3.0, 3.0)

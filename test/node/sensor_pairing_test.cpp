@@ -22,21 +22,29 @@ class SensorPairingTest : public testing::Test {
       : sensors_(RobotNames{}, frames_,
                  [this](const Observation& observation, const ros::Time&) { observations_.push_back(observation); }) {}
 
-  bool addWheels(double stamp, double now, double speed = 1.0) {
+  static boost::shared_ptr<sensor_msgs::JointState> wheels(double stamp, double speed = 1.0) {
     auto message = boost::make_shared<sensor_msgs::JointState>();
     message->header.stamp = ros::Time(stamp);
     message->name = {"front_left_wheel", "front_right_wheel"};
     message->velocity = {speed, 2.0 * speed};
-    return sensors_.addWheels(message, ros::Time(now)).has_value();
+    return message;
   }
 
-  bool addImu(double stamp, double now, double acceleration = 0.0) {
+  static boost::shared_ptr<sensor_msgs::Imu> imu(double stamp, double acceleration = 0.0) {
     auto message = boost::make_shared<sensor_msgs::Imu>();
     message->header.stamp = ros::Time(stamp);
     message->header.frame_id = "base_link";
     message->angular_velocity.z = 0.5;
     message->linear_acceleration.x = acceleration;
-    return sensors_.addImu(message, ros::Time(now)).has_value();
+    return message;
+  }
+
+  bool addWheels(double stamp, double now, double speed = 1.0) {
+    return sensors_.addWheels(wheels(stamp, speed), ros::Time(now)).has_value();
+  }
+
+  bool addImu(double stamp, double now, double acceleration = 0.0) {
+    return sensors_.addImu(imu(stamp, acceleration), ros::Time(now)).has_value();
   }
 
   /// Pairs of samples at 50 Hz from a time on.
@@ -57,16 +65,16 @@ class SensorPairingTest : public testing::Test {
 TEST(RotationInto, RelatesFramesOverOthers) {
   tf2::BufferCore frames;
   EXPECT_FALSE(rotationInto("base_link", "imu_link", frames));
-  geometry_msgs::TransformStamped transform;
-  transform.header.frame_id = "base_link";
-  transform.child_frame_id = "mount";
-  transform.transform.rotation.w = 1.0;
-  frames.setTransform(transform, "", true);
-  transform.header.frame_id = "mount";
-  transform.child_frame_id = "imu_link";
-  transform.transform.rotation.w = std::sqrt(0.5);
-  transform.transform.rotation.x = -std::sqrt(0.5);
-  frames.setTransform(transform, "", true);
+  const auto relate = [&](const char* parent, const char* child, double half_turn) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.frame_id = parent;
+    transform.child_frame_id = child;
+    transform.transform.rotation.w = std::cos(half_turn);
+    transform.transform.rotation.x = std::sin(half_turn);
+    frames.setTransform(transform, "", true);
+  };
+  relate("base_link", "mount", 0.0);
+  relate("mount", "imu_link", -M_PI_4);
   for (const char* imu : {"imu_link", "/imu_link"}) {  // the slash is that of older drivers
     const auto rotation = rotationInto("base_link", imu, frames);
     ASSERT_TRUE(rotation) << imu;
@@ -77,10 +85,7 @@ TEST(RotationInto, RelatesFramesOverOthers) {
 }
 
 TEST_F(SensorPairingTest, WheelSpeedsMayRepeatOnlyWithoutPositions) {
-  auto message = boost::make_shared<sensor_msgs::JointState>();
-  message->header.stamp = ros::Time(10.0);
-  message->name = {"front_left_wheel", "front_right_wheel"};
-  message->velocity = {1.0, 1.0};
+  const auto message = wheels(10.0);
   EXPECT_TRUE(sensors_.addWheels(message, ros::Time(10.0))->may_repeat);
   message->position = {3.0, std::numeric_limits<double>::quiet_NaN()};
   EXPECT_TRUE(sensors_.addWheels(message, ros::Time(10.0))->may_repeat) << "half of them are none";
@@ -88,12 +93,9 @@ TEST_F(SensorPairingTest, WheelSpeedsMayRepeatOnlyWithoutPositions) {
   EXPECT_FALSE(sensors_.addWheels(message, ros::Time(10.0))->may_repeat);
 }
 
-/// The frame of a message is anybody's text, and the reason goes into the log.
 TEST_F(SensorPairingTest, AnAbsentSensorOfTheImuIsNotValid) {
   for (const bool gyro : {true, false}) {
-    auto message = boost::make_shared<sensor_msgs::Imu>();
-    message->header.stamp = ros::Time(10.0);
-    message->header.frame_id = "base_link";
+    const auto message = imu(10.0);
     (gyro ? message->angular_velocity_covariance : message->linear_acceleration_covariance)[0] = -1.0;  // REP 145
     SensorPairing sensors(RobotNames{}, frames_, [](const Observation&, const ros::Time&) {});
     const ChannelValidity valid = sensors.addImu(message, ros::Time(10.0))->observation.valid;
@@ -102,9 +104,9 @@ TEST_F(SensorPairingTest, AnAbsentSensorOfTheImuIsNotValid) {
   }
 }
 
+/// The frame of a message is anybody's text, and the reason goes into the log.
 TEST_F(SensorPairingTest, ARefusedFrameIsNamedInOneShortLine) {
-  auto message = boost::make_shared<sensor_msgs::Imu>();
-  message->header.stamp = ros::Time(10.0);
+  const auto message = imu(10.0);
   message->header.frame_id = "\n\x1b[31m[FATAL] forged" + std::string(100000, 'x');
   EXPECT_FALSE(sensors_.addImu(message, ros::Time(10.0)));
   const std::string& refusal = sensors_.lastRefusal();

@@ -12,14 +12,12 @@ from dynamic_reconfigure.srv import Reconfigure
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from geometry_msgs.msg import TwistStamped
 from jackal_aic.msg import ControllerState
-from jackal_msgs.msg import Drive, Feedback, Status
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log as Line
-from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from simulated_robot import Log, Process, RADIUS, Relay, Robot, advertise, call, command, configure
+from simulated_robot import Log, Process, RADIUS, Robot, advertise, call, command, configure
 
 
 class Base(unittest.TestCase):
@@ -43,11 +41,6 @@ class Base(unittest.TestCase):
 
 class Services(Base):
 
-    def stands_until_a_zero_set_point(self):
-        self.robot.run(1.0)
-        self.assertAlmostEqual(self.robot.speed(), 0.0, delta=0.02)
-        self.assertIn('zero set point', self.robot.states[-1].reason)
-
     def test_disabled_it_stands_until_it_is_enabled_and_told_to_anew(self):
         way = Log('odom', Odometry)
         self.robot.rest()
@@ -60,7 +53,9 @@ class Services(Base):
         before = way[-1].pose.pose.position.x
         self.assertTrue(call('/controller/reset', Trigger).success)
         self.assertTrue(call('/controller/enable', SetBool, True).success)
-        self.stands_until_a_zero_set_point()
+        self.robot.run(1.0)
+        self.assertAlmostEqual(self.robot.speed(), 0.0, delta=0.02)
+        self.assertIn('zero set point', self.robot.states[-1].reason)
         self.assertAlmostEqual(way[-1].pose.pose.position.x, before, delta=0.01, msg='an odometry frame does not jump')
         self.robot.command(0.0)
         self.robot.run(0.5)
@@ -69,6 +64,18 @@ class Services(Base):
         saved = call('/controller/save_learned_model', Trigger)
         self.assertFalse(saved.success)
         self.assertIn('slip.file is not set', saved.message)
+
+    def test_a_dead_publisher_that_the_master_lists_does_not_count(self):
+        self.robot.rest()
+        self.drive(0.5)
+        self.robot.clear()
+        master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri())
+        uri = 'http://127.0.0.1:1/'  # nothing answers there
+        master.registerPublisher('/dead', '/cmd_drive', 'jackal_msgs/Drive', uri)
+        for _ in range(8):
+            self.robot.run(1.0)  # the controller looks every 0.5 s of wall time
+        master.unregisterPublisher('/dead', '/cmd_drive', uri)
+        self.assertEqual({state.status for state in list(self.robot.states)}, {ControllerState.DRIVING})
 
 
 class SetPoints(Base):
@@ -164,90 +171,6 @@ class Gains(Base):
         self.assertGreater(meanwhile, 20, 'certified in the thread of the actions, a request would see one action at most')
 
 
-class Gate(Base):
-    """Stops by the robot's status and dead publishers, beside the scenarios of the fault campaign."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.feedback, cls.wheels = (Relay(topic, kind, 'relayed/' + topic) for topic, kind in (('feedback', Feedback), ('joint_states', JointState)))
-        cls.imu, cls.status = Relay('imu/data', Imu, 'relayed/imu'), advertise('status', Status)
-
-    def setUp(self):
-        super().setUp()
-        self.robot.rest()
-        self.drive(0.5)
-        self.robot.clear()
-
-    def expect_brake(self, latency, duration, deceleration, words):
-        """From now on, at most so late, to zero within the duration, without a step beyond the deceleration [m/s^2]."""
-        onset = self.robot.now()
-        self.robot.run(2.0)
-        brake = next(state for state in self.robot.states if state.status == ControllerState.BRAKING)
-        begin = brake.header.stamp.to_sec()
-        rest = next(state for state in self.robot.states if state.header.stamp.to_sec() >= begin and state.command_left == 0.0)
-        self.assertLessEqual(begin, onset + latency + 0.1)
-        self.assertLessEqual(rest.header.stamp.to_sec() - begin, duration + 0.04)
-        self.assertLessEqual(self.robot.largest_command_step(), (deceleration + 0.1) * 0.02 / RADIUS)
-        last = self.robot.states[-1]
-        self.assertEqual((last.status, last.command_left), (ControllerState.STOPPED, 0.0), last.reason)
-        for state in (brake, last):
-            self.assertIn(words, state.reason)
-        self.robot.clear()
-
-    def expect_recovery(self, acknowledged):
-        if acknowledged:
-            self.robot.run(2.0)
-            self.assertEqual({state.command_left for state in list(self.robot.states)}, {0.0}, 'set off by the release alone')
-            self.assertIn('zero set point', self.robot.states[-1].reason)
-            self.robot.command(0.0)
-            self.robot.run(0.2)
-            self.robot.clear()
-        self.drive(0.5, 3.0)
-        self.assertLess(self.robot.largest_command_step(), 1.0, 'recovery must be free of jumps')
-        self.robot.clear()
-
-    def test_stops_by_the_robot_hold_until_they_are_acknowledged(self):
-        def without_control(message):
-            message.actual_mode = Drive.MODE_NONE
-            return message
-
-        report = Status(drivers_active=True, driver_external_stop_present=True, driver_external_stop_stopped=True)
-        self.status.publish(report)
-        self.expect_brake(0.0, 0.06, 20.0, 'robot reports that it is stopped')
-        report.driver_external_stop_stopped = False
-        self.status.publish(report)
-        self.expect_recovery(True)
-        self.feedback.alter = without_control
-        self.expect_brake(0.02, 0.06, 20.0, 'velocity commands')
-        self.feedback.alter = None
-        self.expect_recovery(True)
-
-    def test_silent_feedback_and_stampless_wheels_stop(self):
-        def without_stamp(message):
-            message.header.stamp = rospy.Time()
-            return message
-
-        self.feedback.alter = lambda message: None
-        self.expect_brake(0.2, 0.18, 3.0, 'feedback')
-        self.feedback.alter = None
-        self.expect_recovery(False)
-        rejected = self.robot.state().rejected_measurements
-        self.wheels.alter = without_stamp
-        self.expect_brake(0.2, 0.18, 3.0, 'wheel speeds too old')
-        self.assertGreater(self.robot.state().rejected_measurements, rejected + 50)
-        self.wheels.alter = None
-        self.expect_recovery(False)
-
-    def test_a_dead_publisher_that_the_master_lists_does_not_count(self):
-        master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri())
-        uri = 'http://127.0.0.1:1/'  # nothing answers there
-        master.registerPublisher('/dead', '/cmd_drive', 'jackal_msgs/Drive', uri)
-        for _ in range(8):
-            self.robot.run(1.0)  # the controller looks every 0.5 s of wall time
-        master.unregisterPublisher('/dead', '/cmd_drive', uri)
-        self.assertEqual({state.status for state in list(self.robot.states)}, {ControllerState.DRIVING})
-
-
 class Gazebo(Base):
 
     def test_the_robot_is_driven_through_the_wheel_topics(self):
@@ -275,5 +198,5 @@ class Gazebo(Base):
 
 if __name__ == '__main__':
     rospy.init_node('services_test')
-    TESTS = {'services': Services, 'set_points': SetPoints, 'gains': Gains, 'gate': Gate, 'gazebo_output': Gazebo}
+    TESTS = {'services': Services, 'set_points': SetPoints, 'gains': Gains, 'gazebo_output': Gazebo}
     rostest.rosrun('jackal_aic', sys.argv[1], TESTS[sys.argv[1]])

@@ -2,40 +2,21 @@
 """The closed loop of presets and simulated robots: timing, limits, rest, slip, and robots that are not their model."""
 
 import math
-import pathlib
-import sys
 import unittest
 
 import jackal_aic
 import numpy
 import rosunit
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / 'sim/lab'))
-
-import engine  # noqa: E402
-import metrics  # noqa: E402
-import motions  # noqa: E402
-import robots  # noqa: E402
-import stops  # noqa: E402
+from drives import drive, drives
+import engine
+import metrics
+import motions
+import robots
+import stops
 
 HALF = (0.5, 0.0)  # m/s, rad/s
 LIMITS = {'limits.linear_acceleration': 20.0, 'limits.angular_acceleration': 25.0}  # of the drive gate
-
-
-def driven(case):
-    """A drive; case: controller, plant, motion, overrides, options of simulate()."""
-    controller, plant, motion, overrides, options = case
-    return engine.drive(plant, controller, motion, overrides, **options)
-
-
-def drives(cases, **options):
-    """The drives of (controller, plant, motion, overrides)."""
-    return engine.parallel(driven, [(*case, options) for case in cases])
-
-
-def drive(controller, plant, motion, overrides=None, **options):
-    return driven((controller, plant, motion, overrides, options))
 
 
 def points(*changes, until):
@@ -129,7 +110,7 @@ class Standstill(unittest.TestCase):
             for forward, yaw_rate in (HALF, (0.0, 1.0), (1.5, 0.5)):
                 cases.append(('predictive', 'ground', motions.stop(forward, yaw_rate, 3.0, rest + 30.0),
                               {'plant.encoder_step': step, 'plant.encoder_noise': noise}))
-        for case, found in zip(cases, drives(cases)):
+        for case, found in drives(cases):
             self.assert_stands(found, case[2].duration - 29.0, math.inf, case)
 
     def test_the_command_of_a_preset_stays_zero_and_starts_at_once(self):
@@ -138,7 +119,7 @@ class Standstill(unittest.TestCase):
         dead_zone = {'plant.wheel_offset': 0.5, 'plant.wheel_breakaway': 0.5}
         cases = [(controller, plant, motion, overrides) for controller in ('standard', 'improved', 'tuned', 'predictive')
                  for plant, overrides in (('ground', {}), ('box', {}), ('ground', dead_zone), ('real', {}))]
-        for case, found in zip(cases, drives(cases)):
+        for case, found in drives(cases):
             self.assert_stands(found, 8.0, 19.99, case)
             self.assertTrue((found.command_left[found.time > 20.05] != 0.0).all(), case)
             self.assertAlmostEqual(found.speed[-1], 0.5, delta=0.03, msg=case)
@@ -154,15 +135,8 @@ class Standstill(unittest.TestCase):
 class Slip(unittest.TestCase):
     """The slip of a skid-steer robot comes out of its contacts; its true effective track in place is 0.547 m."""
 
-    TURNS = ((0.0, 0.2), (0.0, 0.5), (0.0, -0.5), (0.0, 1.0), (0.5, 0.5))
-
-    def test_a_wrong_track_is_learned_within_three_seconds_of_a_turn(self):
-        cases = [('predictive', 'ground', motions.step(*turn, 3.0), {'robot.effective_track': 0.547 / factor})
-                 for factor in (0.75, 1.0, 1.25) for turn in self.TURNS]
-        for case, found in zip(cases, drives(cases)):
-            forward, yaw_rate = case[2].at(1.0)
-            self.assertAlmostEqual(found.yaw_rate[-500:].mean(), yaw_rate, delta=0.02 * abs(yaw_rate), msg=case)
-            self.assertAlmostEqual(found.speed[-500:].mean(), forward, delta=0.01, msg=case)
+    def test_a_wrong_track_changes_nothing_straight_ahead(self):
+        """That it is learned in a turn is told by the lab's test."""
         wrong, right = (drive('predictive', 'ground', motions.step(0.5), overrides) for overrides in ({'robot.effective_track': 0.4376}, {}))
         self.assertAlmostEqual(wrong.speed[-500:].mean(), right.speed[-500:].mean(), delta=1e-6, msg='straight ahead')
 
@@ -178,7 +152,7 @@ class Slip(unittest.TestCase):
             for step, noise, speed in ((0.06, 0.03, 0.5), (0.3, 0.03, 0.1), (0.3, 0.03, 1.5), (0.153, 0.15, 0.5)):
                 motion = points((0.5, 0.3, 0.5), (3.5, 0.0, 0.0), (4.5, speed, 0.0), until=end)
                 cases.append(('predictive', 'ground', motion, {'plant.encoder_step': step, 'plant.encoder_noise': noise}))
-        tracks = [found.effective_track for found in drives(cases, samples_only=True)]
+        tracks = [found.effective_track for _, found in drives(cases, samples_only=True)]
         for before, after in zip(tracks[:4], tracks[4:]):
             self.assertAlmostEqual(after, before, delta=0.01 * before)
 
@@ -188,7 +162,7 @@ class Slip(unittest.TestCase):
             joystick = motions.joystick(seed, 60.0)
             motion = with_step(points(*joystick.set_points, (60.0, 0.0, 0.0), until=63.0), 63.0, (0.0, 0.8))
             cases.append(('predictive', 'ground', motion, {'plant.seed': seed}))
-        for case, found in zip(cases, drives(cases)):
+        for case, found in drives(cases):
             self.assertLessEqual(metrics.response(found, case[2])['settling_s'], 0.3, case[3])
 
     def test_a_turn_on_a_ramp_is_bounded_and_reported(self):
@@ -339,7 +313,8 @@ class UnknownDriveTrain(unittest.TestCase):
 
     def learned(self, plant, motion, robot, known, wrongs, slack=0.0):
         """The models learned from wrong ones, whose last step is as fast as that of a controller that knows the robot."""
-        best, *found = drives([('predictive', plant, motion, overrides) for overrides in (dict(robot, **self.OPEN, **known), *wrongs)])
+        cases = [('predictive', plant, motion, overrides) for overrides in (dict(robot, **self.OPEN, **known), *wrongs)]
+        best, *found = (found for _, found in drives(cases))
         bar = metrics.response(best, motion)
         for one in found:
             step = metrics.response(one, motion)
@@ -383,13 +358,13 @@ class UnknownDriveTrain(unittest.TestCase):
         # 0.08 s of the motors, 10 ms of the network to them, 10 ms for which the newest feedback waits for its joint states,
         # 2.5 ms of their stamps, 10 ms of the network from them; a lag of 6 ms of the motors and 20 ms of the encoders.
         cases = [('predictive', 'real', self.joystick(seed), self.wrong('real', off, {})) for off in (-self.OFF, 0.0, self.OFF) for seed in (1, 2)]
-        for case, found in zip(cases, drives(cases)):
+        for case, found in drives(cases):
             self.assertAlmostEqual(found.plant_model['dead_time'] + found.plant_model['lag'], 0.1389, delta=0.015, msg=case[3])
 
     def test_it_stays_without_excitation_or_when_disabled(self):
-        cases = [('predictive', plant, points((0.5, *wanted), until=1800.0), {}) for plant, wanted in (('box', (0.3, 0.5)), ('real', HALF))]
-        for case, found in zip(cases, drives(cases, samples_only=True)):
-            self.assertAlmostEqual(found.plant_model['dead_time'], self.settings(case[1])['plant_model']['dead_time'], delta=0.001, msg=case[1])
+        cases = [('predictive', plant, points((0.5, *wanted), until=600.0), {}) for plant, wanted in (('box', (0.3, 0.5)), ('real', HALF))]
+        for case, found in drives(cases, samples_only=True):
+            self.assertEqual(found.plant_model['dead_time'], self.settings(case[1])['plant_model']['dead_time'], case[1])
         disabled = drive('predictive', 'ground', self.joystick(1), dict(self.wrong('ground', self.OFF, {}), **self.OPEN))
         self.assertAlmostEqual(disabled.plant_model['dead_time'], 0.16)
 

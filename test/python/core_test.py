@@ -86,26 +86,21 @@ class Parameters(unittest.TestCase):
 
 class Controllers(unittest.TestCase):
 
-    def drive(self, controller, seconds):
-        """Wheel speeds at the end of a drive at 0.5 m/s, on wheels that follow after a lag of 0.1 s."""
-        controller.set_set_point(0.5, 0.0)
-        wheels = command = numpy.zeros(2)
-        for ms in range(round(seconds / STEP)):
-            wheels = wheels + (command - wheels) * STEP / 0.1
-            if ms % 20 == 0:
-                controller.observe(jackal_aic.Observation(ms * STEP, wheels[0], wheels[1], 0.0))
-            if ms % round(1e3 * controller.belief_step) == 0:
-                controller.update_belief()
-            if ms % 20 == 0:
-                command = numpy.array(controller.update_action())
-                controller.hold(*command)
-        return wheels
-
     def test_of_the_core_drive_by_hand(self):
+        """Wheels that follow after a lag of 0.1 s."""
         for preset, cls in (('improved', jackal_aic.ActiveInferenceController), ('predictive', jackal_aic.PredictiveController),
                             ('diff_drive', jackal_aic.DifferentialDrive)):
-            controller = cls(jackal_aic.Parameters(preset, 'ground'))
-            wheels = self.drive(controller, 4.0)
+            controller, wheels, command = cls(jackal_aic.Parameters(preset, 'ground')), numpy.zeros(2), numpy.zeros(2)
+            controller.set_set_point(0.5, 0.0)
+            for ms in range(4000):
+                wheels = wheels + (command - wheels) * STEP / 0.1
+                if ms % 20 == 0:
+                    controller.observe(jackal_aic.Observation(ms * STEP, wheels[0], wheels[1], 0.0))
+                if ms % round(1e3 * controller.belief_step) == 0:
+                    controller.update_belief()
+                if ms % 20 == 0:
+                    command = numpy.array(controller.update_action())
+                    controller.hold(*command)
             self.assertAlmostEqual(0.098 * wheels.mean(), 0.5, delta=0.01, msg=preset)
 
 
@@ -132,7 +127,7 @@ class Mathematics(unittest.TestCase):
         inference.set_set_point(goal)
         q, dq, u = numpy.zeros((3, joints))
         mu, mu1, mu2 = numpy.zeros((3, joints))
-        for _ in range(3000):
+        for step in range(3000):
             inference.observe(numpy.column_stack([q, dq, numpy.zeros(joints)]))
             # Prediction errors of position and velocity, and of two orders of the state with tau = 1.
             error, error1, state_error, state_error1 = q - mu, dq - mu1, (mu1 + mu - goal) / 5.0, (mu2 + mu1) / 10.0
@@ -140,9 +135,11 @@ class Mathematics(unittest.TestCase):
             rates = (mu1 + kappa_mu * (error - state_error), mu2 + kappa_mu * (error1 - state_error - state_error1),
                      -kappa_mu * state_error1)
             mu, mu1, mu2 = mu + h * rates[0], mu1 + h * rates[1], mu2 + h * rates[2]
-            numpy.testing.assert_allclose(inference.update_action(), u, atol=1e-9)
+            action = inference.update_action()
             inference.update_belief()
-            numpy.testing.assert_allclose(inference.belief, numpy.column_stack([mu, mu1, mu2]), atol=1e-10)
+            if step % 50 == 0:  # an error lasts
+                numpy.testing.assert_allclose(action, u, atol=1e-9)
+                numpy.testing.assert_allclose(inference.belief, numpy.column_stack([mu, mu1, mu2]), atol=1e-10)
             dq = dq + h * (u - 5.0 * dq) / 0.5
             q = q + h * dq
         numpy.testing.assert_allclose(q, goal, atol=0.1)
@@ -155,10 +152,9 @@ class Mathematics(unittest.TestCase):
         self.assertTrue(certificate.stable)
         self.assertLess(certificate.loop_spectral_radius, 1.0)
         self.assertIn('Stable with room', certificate.advice)
-        beyond = {'dead_time': 0.08 + certificate.delay_margin + 0.005}
-        self.assertFalse(jackal_aic.certify(parameters, beyond).stable)
-        before = {'dead_time': 0.08 + certificate.delay_margin - 0.005}
-        self.assertTrue(jackal_aic.certify(parameters, before).stable)
+        for beyond in (0.005, -0.005):
+            robot = {'dead_time': 0.08 + certificate.delay_margin + beyond}
+            self.assertEqual(jackal_aic.certify(parameters, robot).stable, beyond < 0.0)
         with self.assertRaisesRegex(ValueError, 'plant_model.dead_tim = 0.1: unknown key'):
             jackal_aic.certify(parameters, {'dead_tim': 0.1})
         with self.assertRaisesRegex(ValueError, 'diff_drive: not a closed loop'):
@@ -173,19 +169,17 @@ class Robot(unittest.TestCase):
         motion = [(0.5, 0.0), (0.0, 0.0), (0.3, 0.5), (-0.5, 0.0), (0.0, -0.8), (0.8, 0.0), (0.2, 0.5), (0.0, 0.0), (0.6, 0.0)]
         points = [(0.5 + i, speed, yaw_rate) for i, (speed, yaw_rate) in enumerate(motion)]
         cls.drive = jackal_aic.simulate('ground', 'diff_drive', points, duration=11.0)
-        cls.samples = slice(0, None, 20)  # of the sensors
 
-    def table(self, *names):
-        return numpy.column_stack([getattr(self.drive, name)[self.samples] for name in ('time',) + names])
-
-    def observations(self):
-        for time, left, right, yaw_rate in self.table('measured_left', 'measured_right', 'measured_yaw_rate'):
-            yield jackal_aic.Observation(time, left, right, yaw_rate, acceleration_z=9.81, valid=['left', 'right', 'gyro'])
+    def steps(self):
+        """Commands and observations."""
+        drive = self.drive
+        for values in zip(*(getattr(drive, name)[::20] for name in ('command_left', 'command_right', 'time', 'measured_left', 'measured_right',
+                                                                    'measured_yaw_rate'))):
+            yield values[:2], jackal_aic.Observation(*values[2:], acceleration_z=9.81, valid=['left', 'right', 'gyro'])
 
     def test_odometry_follows_the_robot(self):
         odometry = jackal_aic.Odometry(jackal_aic.Parameters('predictive', 'ground'))
-        commands = self.table('command_left', 'command_right')[:, 1:]
-        for command, observation in zip(commands, self.observations()):
+        for command, observation in self.steps():
             odometry.observe(observation)
             odometry.advance(command[0], command[1], 0.02)
         x, y, heading = odometry.pose
@@ -197,15 +191,12 @@ class Robot(unittest.TestCase):
 
     def test_fault_monitor_names_a_dead_encoder(self):
         monitor = jackal_aic.FaultMonitor(jackal_aic.Parameters('predictive', 'ground'))
-        commands = self.table('command_left', 'command_right')[:, 1:]
-        before = 0
-        for command, observation in zip(commands, self.observations()):
+        for command, observation in self.steps():
             if observation.stamp > 6.0:
                 observation.wheel_left = 0.0
             report = monitor.check(observation)
-            before += report.faulty and observation.stamp <= 6.0
+            self.assertFalse(report.faulty and observation.stamp <= 6.0)
             monitor.advance(tuple(command), 0.02)
-        self.assertEqual(before, 0)
         self.assertTrue(report.faulty)
         self.assertEqual(report.fault, 'left encoder wrong')
         self.assertNotIn('left', report.valid)

@@ -18,7 +18,7 @@ import yaml
 RECORD = pathlib.Path(__file__).with_name('instructions.yaml')
 LARGEST_GROWTH = 1.10
 REPETITIONS = 1000
-PROGRAM = os.environ.get('JACKAL_AIC_TICKS', 'tick_benchmark')
+PROGRAM = os.environ['JACKAL_AIC_DEVEL'] + '/share/jackal_aic/internal/tick_benchmark'
 
 
 def output(*command):

@@ -5,35 +5,20 @@ import csv
 import functools
 import math
 import pathlib
-import subprocess
-import sys
 import tempfile
 import unittest
 
+from drives import SOURCE, run
+import calibrate
+import draws
+import engine
+import metrics
+import motions
+import numpy
+import robots
 import rosunit
-
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / 'sim/lab'))
-
-import calibrate  # noqa: E402
-import draws  # noqa: E402
-import engine  # noqa: E402
-import metrics  # noqa: E402
-import motions  # noqa: E402
-import numpy  # noqa: E402
-import robots  # noqa: E402
-import state_space  # noqa: E402
-import thesis  # noqa: E402
-
-PROGRAM = str(SOURCE / 'sim/lab/experiments')
-
-
-def experiments(*arguments):
-    """What the command prints, and its exit status."""
-    done = subprocess.run(('/usr/bin/python3', PROGRAM) + arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          universal_newlines=True)
-    return done.stdout, done.returncode
-
+import state_space
+import thesis
 
 @functools.lru_cache(maxsize=None)
 def rows(name, *controllers):
@@ -240,7 +225,6 @@ class Predictive(unittest.TestCase):
             self.assertLessEqual(row['settling_s'], bars['settling'], row['label'])
             self.assertLessEqual(abs(row['steady_error_pct']), bars['steady_error'], row['label'])
 
-
     def test_learns_the_slip_within_three_seconds(self):
         found, bars = rows('slip_turns', 'predictive', 'standard', 'improved'), engine.bars()['slip_turns']
         self.assertEqual(len(found), 30)
@@ -274,11 +258,11 @@ class Calibration(unittest.TestCase):
 class Command(unittest.TestCase):
 
     def test_a_step_is_printed_as_a_short_table_unless_a_row_is_asked_for(self):
-        text, status = experiments('step', '--controller', 'predictive', '--plant', 'box', '--step', '0.5')
+        text, status = run('experiments', 'step', '--controller', 'predictive', '--plant', 'box', '--step', '0.5')
         self.assertEqual(status, 0)
         self.assertTrue(text.startswith('experiment          step\ncontroller          predictive\n'), text)
         with tempfile.TemporaryDirectory() as directory:
-            text, status = experiments('step', '--controller', 'improved', '--plant', 'box', '--step', '0.5', '--set',
+            text, status = run('experiments', 'step', '--controller', 'improved', '--plant', 'box', '--step', '0.5', '--set',
                                        'controller.tau=0.01', '--set', 'plant.dead_time=0.05', '--csv', directory + '/row.csv',
                                        '--trace', directory + '/trace.csv')
             self.assertEqual((text, status), ('Wrote {0}/row.csv\nWrote {0}/trace.csv\n'.format(directory), 0))
@@ -302,12 +286,12 @@ class Command(unittest.TestCase):
             (('detection',), 'detection: needs either --out or --quiet-hours'),
             (('detection', '--quiet-hours', '0.3'), 'quiet-hours = 0.3: must be a multiple of 0.5'),
             (('calibrate', '--out', '/tmp', '--plant', 'moon'), "calibrate: argument --plant: invalid choice: 'moon'")):
-            text, status = experiments(*arguments)
+            text, status = run('experiments', *arguments)
             self.assertEqual((text.count('\n'), status), (1, 1), text)
             self.assertTrue(text.startswith('experiments: ' + complaint), text)
 
     def test_absent_recordings_are_skipped(self):
-        text, status = experiments('real', '--data', '/nonexistent/recordings')
+        text, status = run('experiments', 'real', '--data', '/nonexistent/recordings')
         self.assertEqual((text.split(':')[0], status), ('skipped', 0))
 
 

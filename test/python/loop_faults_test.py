@@ -1,8 +1,6 @@
 #!/usr/bin/python3
 """The closed loop of presets and faulty robots: what is found, in time, by its name, and what it costs; and healthy robots."""
 
-import pathlib
-import sys
 import unittest
 
 import jackal_aic
@@ -10,11 +8,9 @@ import numpy
 import rosunit
 from jackal_aic import Fault
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / 'sim/lab'))
-
-import engine  # noqa: E402
-import motions  # noqa: E402
+import drives as closed_loop
+import engine
+import motions
 
 FAULT_TIME = 3.0  # s
 DELAY = 0.3  # s, the bar of sim/lab/acceptance.yaml
@@ -22,19 +18,13 @@ STUCK = jackal_aic.FAULTS.index('does not move although its wheels turn')
 REMARKS = [fault for fault, text in enumerate(jackal_aic.FAULTS) if not text or text.startswith(('does not move', 'wheels reach', 'robot reaches'))]
 
 
-def driven(case):
-    """A monitored drive; case: controller, plant, motion, overrides, options of simulate()."""
-    controller, plant, motion, overrides, options = case
-    return engine.drive(plant, controller, motion, overrides, **dict({'monitor': True, 'samples_only': True}, **options))
-
-
 def drives(cases, **options):
-    """Cases (controller, plant, motion, overrides) with their drives."""
-    return zip(cases, engine.parallel(driven, [(*case, options) for case in cases]))
+    """Cases (controller, plant, motion, overrides) with their monitored drives."""
+    return closed_loop.drives(cases, **dict({'monitor': True, 'samples_only': True}, **options))
 
 
-def drive(controller, plant, motion, overrides=None, **options):
-    return driven((controller, plant, motion, overrides, options))
+def drive(*case):
+    return closed_loop.drive(*case, monitor=True, samples_only=True)
 
 
 def driving(forward, yaw_rate, until, *faults, start=motions.REST):
@@ -104,7 +94,7 @@ class HealthyRobot(unittest.TestCase):
 
     def handlings(self):
         """Set points, and forces [N], torques [N m] and lifts over spans of time [s]."""
-        for torque in (0.0, 15.0, -15.0):
+        for torque in (0.0, 15.0):
             yield 0.0, 0.0, ((150.0, torque, 3.0, 3.7),)
             yield 0.0, 0.0, ((-120.0, torque, 3.0, 3.5), (120.0, -torque, 3.6, 4.2))
             yield 0.5, 0.0, ((40.0, 0.2 * torque, 3.0, 3.5),)
@@ -164,7 +154,7 @@ class FrozenEncoder(unittest.TestCase):
         """Of each resolution and noise: soon after the wheel should have moved by more than three steps."""
         cases = [(controller, 'ground', self.frozen((0.5, 0.5, 0.0), (self.STEP_TIME, 0.5 + change, 0.0), until=6.0),
                   {'plant.encoder_step': step, 'plant.encoder_noise': noise})
-                 for step in (0.0, 0.0065, 0.0131, 0.06, 0.0606, 0.1) for noise in (0.0, 0.003, 0.03) for change in (0.1, -0.2, 0.5)
+                 for step in (0.0, 0.0065, 0.0131, 0.06, 0.1) for noise in (0.0, 0.003, 0.03) for change in (0.1, -0.2, 0.5)
                  for controller in ('predictive', 'improved', 'diff_drive')]
         for case, found in drives(cases):
             late = found.time >= FAULT_TIME

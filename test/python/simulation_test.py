@@ -2,6 +2,7 @@
 """jackal_aic.simulate(): the closed loop of robot, sensors and drive loop for Python."""
 
 import concurrent.futures
+import math
 import pathlib
 import pickle
 import subprocess
@@ -123,6 +124,7 @@ class Drives(unittest.TestCase):
             (r'set_points = \[\]: must hold at least one', drive[:2] + ([],), {}),
             (r'plant.dead_time = 3: must be in \[0, 2\] s', drive, {'overrides': {'plant.dead_time': 3}}),
             (r'plant.seed = -1: ', drive, {'seed': -1}),
+            (r"plant.support = 'boat': expected one of ground, box", drive, {'overrides': {'plant.support': 'boat'}}),
             (r'plant.mass = 3: unknown key', drive, {'overrides': {'plant.mass': 3}}),
             (r'controller.kappa_a = 3: unknown key for this controller', ('ground', Baseline(), (0.5, 0)),
              {'overrides': {'controller.kappa_a': 3}}),
@@ -134,24 +136,58 @@ class Drives(unittest.TestCase):
                 jackal_aic.simulate(*arguments, **options)
 
 
+class StepResponse(unittest.TestCase):
+    """Figures of responses with a closed form; the step is at 1 s."""
+
+    def figures(self, response, set_point, duration=4.0):
+        time = numpy.arange(0.0, 1.0 + duration + 5e-4, 0.001)
+        return jackal_aic.step_response(time, numpy.where(time < 1.0, 0.0, response(time - 1.0)), 1.0, 0.0, set_point)
+
+    def test_of_a_lag_are_those_of_its_closed_form(self):
+        """The band of settling is around the final value, the rise is to 90 % of the set point, which a low gain never reaches."""
+        for reached, lag, rise in ((1.0, 0.2, 0.2 * math.log(9.0)), (0.8, 0.1, None)):
+            found = self.figures(lambda t: reached * 0.5 * (1.0 - numpy.exp(-t / lag)), 0.5)
+            self.assertTrue(found.bounded)
+            self.assertAlmostEqual(found.settling_time, lag * math.log(20.0), delta=1e-3)
+            self.assertEqual(found.overshoot, 0.0)
+            self.assertAlmostEqual(found.steady_error, 100.0 * (reached - 1.0), delta=1e-3)
+            self.assertAlmostEqual(found.rise_time or 0.0, rise or 0.0, delta=1e-3)
+            self.assertEqual(found.rise_time is None, rise is None)
+
+    def test_ringing_settles_at_the_last_entry_into_the_band(self):
+        decay, frequency = 2.0, 8.0
+
+        def ringing(t):
+            return 1.0 - numpy.exp(-decay * t) * numpy.cos(frequency * t)
+        found, t = self.figures(ringing, 1.0, 6.0), numpy.arange(0.0, 6.0, 0.001)
+        self.assertAlmostEqual(found.settling_time, t[abs(ringing(t) - 1.0) > 0.05][-1], delta=2e-3)
+        self.assertGreater(found.settling_time, 1.0, 'long after the first crossing')
+        self.assertAlmostEqual(found.overshoot, 100.0 * (ringing((math.pi - math.atan(decay / frequency)) / frequency) - 1.0), delta=1e-2)
+
+    def test_of_a_robot_that_stands_or_diverges_have_no_settling(self):
+        for reached in (0.0, 0.01):
+            found = self.figures(lambda t: reached + 0.0 * t, 1.0)
+            self.assertIsNone(found.settling_time)
+            self.assertAlmostEqual(found.steady_error, 100.0 * (reached - 1.0), delta=1e-6)
+        for response in (lambda t: 0.1 * numpy.exp(3.0 * t), lambda t: numpy.where(t > 2.0, math.nan, t)):
+            found = self.figures(response, 1.0)
+            self.assertEqual((found.bounded, found.settling_time, found.rise_time), (False, None, None))
+
+    def test_series_that_cannot_be_assessed_are_refused(self):
+        for time, values, initial in (([0.0, 1.0], [0.0], 0.0), ([0.0, 0.4], [0.0, 1.0], 0.0), ([0.0, 1.0], [0.0, 1.0], 1.0)):
+            with self.assertRaises(ValueError):
+                jackal_aic.step_response(time, values, 0.0, initial, 1.0)
+
+
 class Faults(unittest.TestCase):
 
-    def named(self, fault, **options):
-        drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.3), duration=5.0, faults=fault, **options)
-        found = [(time, text) for time, text in drive.events if 'driving' != text and 'idle' != text]
-        start = fault['start'] if isinstance(fault, dict) else fault.start
-        self.assertTrue(all(time >= start for time, text in found), found)  # it may be named by its first sample
-        return drive, ' '.join(text for time, text in found)
-
     def test_are_named_by_the_monitor(self):
-        for fault, name in ((jackal_aic.Fault('set', 2.0, 'left', 0.0), 'left encoder wrong'),
-                            (jackal_aic.Fault('freeze', 2.0, 'gyro'), 'gyro frozen'),
-                            (jackal_aic.Fault('scale', 2.0, 'gyro', -1.0), 'gyro turns against the wheels'),
-                            (jackal_aic.Fault('lost', 2.0, 'right'), 'right encoder lost'),
-                            (dict(kind='upside_down', start=2.0), 'IMU upside down'),
-                            (jackal_aic.Fault('blocked', 2.0, 'left'), 'left wheels do not follow their command')):
-            drive, text = self.named(fault)
-            self.assertIn(name, text)
+        """Those of the motors here; the others are in the study of the detection."""
+        for fault in (dict(kind='blocked', start=2.0, channel='left'), jackal_aic.Fault('blocked', 2.0, 'left')):
+            drive = jackal_aic.simulate('ground', 'predictive', (0.5, 0.3), duration=5.0, faults=fault)
+            found = [(time, text) for time, text in drive.events if text not in ('driving', 'idle')]
+            self.assertTrue(all(time >= 2.0 for time, text in found), found)
+            self.assertIn('left wheels do not follow their command', found[-1][1])
         self.assertEqual(jackal_aic.STATUSES[drive.status[-1]], 'faulted')
         self.assertEqual(jackal_aic.FAULTS[drive.fault[-1]], 'left wheels do not follow their command')
         self.assertAlmostEqual(drive.speed[-1], 0.0, delta=0.01)
@@ -225,20 +261,18 @@ class OwnControllers(unittest.TestCase):
 
 
 class Examples(unittest.TestCase):
+    """Which the test of the documentation runs, too."""
 
-    def output(self, *command):
+    def output(self, name):
         with tempfile.TemporaryDirectory() as directory:
-            text = subprocess.check_output(('/usr/bin/python3', str(SOURCE / 'sim/lab/examples' / command[0])) + command[1:],
-                                           cwd=directory, universal_newlines=True)
+            text = subprocess.check_output(['/usr/bin/python3', str(SOURCE / 'sim/lab/examples' / name)], cwd=directory, universal_newlines=True)
             return text, {path.name: path.stat().st_size for path in pathlib.Path(directory).iterdir()}
 
-    def test_the_first_drive_draws_a_picture(self):
+    def test_draw_a_first_drive_in_30_lines_and_drive_by_an_own_controller(self):
         text, files = self.output('first_drive.py')
         self.assertIn('Wrote first_drive.png', text)
         self.assertGreater(files['first_drive.png'], 10000)
         self.assertLessEqual((SOURCE / 'sim/lab/examples/first_drive.py').read_text().count('\n'), 30)
-
-    def test_an_own_controller_drives(self):
         text, _ = self.output('own_controller.py')
         self.assertEqual([line.split()[0] for line in text.splitlines()], ['PI', 'PI', 'predictive', 'predictive'])
         self.assertNotIn('settling never', text)

@@ -2,19 +2,14 @@
 """The search for gains: what is driven, what gains are worth, and the command."""
 
 import pathlib
-import subprocess
-import sys
 import tempfile
 import unittest
 
+from drives import SOURCE, run
+import engine
 import jackal_aic
 import rosunit
-
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(SOURCE / 'sim/lab'))
-
-import engine  # noqa: E402
-import tuning  # noqa: E402
+import tuning
 
 BOX = str(SOURCE / 'config/plant_box.yaml')
 GROUND = str(SOURCE / 'config/plant.yaml')
@@ -26,13 +21,6 @@ KEPT = {'settling_s': 0.5, 'overshoot_pct': 0.0, 'beyond_mps': 0.0, 'beyond_radp
 
 def task(plant='box', start='improved', **changes):
     return tuning.Task(start, (plant,), **dict({'draws': 5}, **changes))
-
-
-def tune(*arguments):
-    """What the command prints, and its exit status."""
-    done = subprocess.run(('/usr/bin/python3', str(SOURCE / 'sim/lab/tune')) + arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          universal_newlines=True)
-    return done.stdout, done.returncode
 
 
 class Trials(unittest.TestCase):
@@ -94,7 +82,7 @@ class Tune(unittest.TestCase):
         self.out = directory.name + '/tuned.yaml'
 
     def test_writes_gains_that_pass_and_says_what_they_gain(self):
-        said, status = tune('--plant', BOX, '--orders', '1', '--evaluations', '4', '--draws', '3', '--out', self.out)
+        said, status = run('tune', '--plant', BOX, '--orders', '1', '--evaluations', '4', '--draws', '3', '--out', self.out)
         self.assertEqual(status, 0, said)
         for words in ('Searching gains on 1 robot', '\nstart ', '\ntuned ', 'plant_box', 'gain margin', 'ripple',
                       'The tuned gains settle at 0.5 m/s in 0.', 'pass every trial; the gains at the start take 0.60 s.', 'Wrote ' + self.out):
@@ -110,7 +98,7 @@ class Tune(unittest.TestCase):
         self.assertLess(found.settling, 0.55, 'improved takes 0.60 s; {}'.format(settling))
 
     def test_gains_that_miss_anything_are_no_result(self):
-        said, status = tune('--plant', BOX, '--out', self.out, '--orders', '1', '--evaluations', '1', '--draws', '0',
+        said, status = run('tune', '--plant', BOX, '--out', self.out, '--orders', '1', '--evaluations', '1', '--draws', '0',
                             '--gain-margin', '90')
         self.assertEqual(status, 1)
         self.assertIn('no gains found that pass every trial', said)
@@ -124,11 +112,12 @@ class Tune(unittest.TestCase):
         for arguments, words in ((['--out', self.out], 'required: --plant'), (['--plant', BOX], 'one of the arguments --out --judge is required'),
                                  (['--plant', directory + '/no.yaml', '--out', self.out], 'no.yaml: '),
                                  (['--plant', str(SOURCE / 'config/tuned.yaml'), '--out', self.out], 'not a plant file'),
-                                 (['--plant', negative, '--out', self.out], 'plant_model.lag = -0.03'), (good + ['--orders', '6'], 'orders = 6'), (good + ['--overshoot', '-1'], 'overshoot = -1'),
-                                 (good + ['--evaluations', '0'], 'evaluations = 0'), (good + ['--start', 'diff_drive'], 'expected gains'), (good + ['--start', 'predictive'], 'expected gains'),
+                                 (['--plant', negative, '--out', self.out], 'plant_model.lag = -0.03'), (good + ['--orders', '6'], 'orders = 6'),
+                                 (good + ['--overshoot', '-1'], 'overshoot = -1'), (good + ['--evaluations', '0'], 'evaluations = 0'),
+                                 (good + ['--start', 'diff_drive'], 'expected gains'), (good + ['--start', 'predictive'], 'expected gains'),
                                  (good + ['--start', 'nonesuch'], "'nonesuch': unknown"), (good + ['--nonsense'], '--nonsense'),
                                  (['--plant', BOX, '--out', directory + '/no/such.yaml'], 'cannot be written')):
-            said, status = tune(*arguments)
+            said, status = run('tune', *arguments)
             self.assertEqual((status, said.count('\n')), (1, 1), said)
             self.assertTrue(said.startswith('tune: '), said)
             self.assertIn(words, said)
