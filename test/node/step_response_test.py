@@ -71,23 +71,23 @@ class StepResponse(drive_test.Base):
         for controller, step_pct, arc_pct in (('predictive', 5.0, 8.0), ('standard', 12.0, 12.0), ('improved', 10.0, 10.0)):
             self.give_motors(controller)
             for forward, yaw_rate in ((1.0, 0.0), (0.5, 0.5), (0.0, 1.0)):
-                with self.subTest(controller, forward=forward, yaw_rate=yaw_rate):
-                    self.rest()
-                    self.robot.command(forward, yaw_rate)
-                    speeds, rates, (speed, rate) = self.run_for(3.0)
-                    turn_pct = arc_pct + ARC_PCT if forward and yaw_rate else step_pct + TURN_PCT
-                    self.assertAlmostEqual(speed, forward, delta=0.05 if forward else ASIDE)
-                    self.assertAlmostEqual(rate, yaw_rate, delta=0.1 + 0.01 * TURN_PCT)
-                    if forward:
-                        self.assertLessEqual(max(speeds), (1.0 + 0.01 * step_pct) * forward + FORWARD_NOISE)
-                    if yaw_rate:
-                        self.assertLessEqual(max(rates), (1.0 + 0.01 * turn_pct) * yaw_rate + YAW_NOISE)
-                    self.robot.command(0.0)
-                    speeds, rates, _ = self.run_for(2.5)
-                    self.assertLessEqual(-min(speeds), 0.03 + FORWARD_NOISE if forward else ASIDE)
-                    self.assertLessEqual(-min(rates), 0.05 + YAW_NOISE)
-                    self.assertAlmostEqual(speeds[-1], 0.0, delta=0.01 + FORWARD_NOISE)
-                    self.assertAlmostEqual(rates[-1], 0.0, delta=0.02 + YAW_NOISE)
+                case = (controller, forward, yaw_rate)
+                self.rest()
+                self.robot.command(forward, yaw_rate)
+                speeds, rates, (speed, rate) = self.run_for(3.0)
+                turn_pct = arc_pct + ARC_PCT if forward and yaw_rate else step_pct + TURN_PCT
+                self.assertAlmostEqual(speed, forward, delta=0.05 if forward else ASIDE, msg=case)
+                self.assertAlmostEqual(rate, yaw_rate, delta=0.1 + 0.01 * TURN_PCT, msg=case)
+                if forward:
+                    self.assertLessEqual(max(speeds), (1.0 + 0.01 * step_pct) * forward + FORWARD_NOISE, msg=case)
+                if yaw_rate:
+                    self.assertLessEqual(max(rates), (1.0 + 0.01 * turn_pct) * yaw_rate + YAW_NOISE, msg=case)
+                self.robot.command(0.0)
+                speeds, rates, _ = self.run_for(2.5)
+                self.assertLessEqual(-min(speeds), 0.03 + FORWARD_NOISE if forward else ASIDE, msg=case)
+                self.assertLessEqual(-min(rates), 0.05 + YAW_NOISE, msg=case)
+                self.assertAlmostEqual(speeds[-1], 0.0, delta=0.01 + FORWARD_NOISE, msg=case)
+                self.assertAlmostEqual(rates[-1], 0.0, delta=0.02 + YAW_NOISE, msg=case)
             self.robot.close()
 
     def steps(self, controller):
