@@ -136,7 +136,7 @@ class Slip(unittest.TestCase):
     """The slip of a skid-steer robot comes out of its contacts; its true effective track in place is 0.547 m."""
 
     def test_a_wrong_track_changes_nothing_straight_ahead(self):
-        """That it is learned in a turn is told by the lab's test."""
+        """The test of the lab has the turns, in which it is learned."""
         wrong, right = (drive('predictive', 'ground', motions.step(0.5), overrides) for overrides in ({'robot.effective_track': 0.4376}, {}))
         self.assertAlmostEqual(wrong.speed[-500:].mean(), right.speed[-500:].mean(), delta=1e-6, msg='straight ahead')
 
