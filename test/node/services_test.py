@@ -25,7 +25,7 @@ class Base(unittest.TestCase):
     def setUp(self):
         self.robot, self.lines = Robot(self), Log('/rosout', Line)
         self.addCleanup(self.robot.close)
-        self.robot.wait(lambda: self.robot.now() > 0.0 and self.robot.states and self.robot.truth, 'the controller')
+        self.robot.wait_until_ready()
 
     def expect_logged(self, words, meanwhile=lambda: None):
         def told():
