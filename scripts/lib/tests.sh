@@ -23,13 +23,13 @@ test_targets() {
 # twice), the longest first. Node tests that fail in parallel run once more, alone, and that result counts. Counts their cases and the
 # reports of sanitizers in the directory FINDINGS.
 run_tests() {
-  local build=$1 results=$1/test_results log=$1/tests.log again timed_out passed failed finding
+  local build=$1 results=$1/test_results log=$1/tests.log with_nodes='(rostest_|python_(launch|user_pages))' again timed_out passed failed finding
   rm -rf "$results" "$log" "$1/Testing/Temporary/LastTestsFailed.log"
   run_ctest "$1" "${@:4}" ctest -j $((2 * $(nproc))) -R "${2:-.}"
-  again=$(sed -nE 's/^[0-9]+:(.*_rostest_.*)/\1/p' "$build/Testing/Temporary/LastTestsFailed.log" 2>/dev/null | paste -sd '|') || true
+  again=$(sed -nE "s/^[0-9]+:(.*_$with_nodes.*)/\1/p" "$build/Testing/Temporary/LastTestsFailed.log" 2>/dev/null | paste -sd '|') || true
   if [[ -n $again ]]; then
     say "Again, alone:"
-    sed -i '/ rostest_.*\*\*\*/d' "$log"
+    sed -i -E "/ $with_nodes.*\*\*\*/d" "$log"
     run_ctest "$1" "${@:4}" ctest -R "^($again)\$"
   fi
   timed_out=$(grep -cE '\*\*\*(Timeout|Not Run)' "$log") || true
