@@ -31,7 +31,8 @@ class Log(list):
 
     def __init__(self, topic, kind):
         super().__init__()
-        self.subscriber = rospy.Subscriber(topic, kind, self.append, tcp_nodelay=True)
+        # Without a size rospy keeps that of its own subscriber to /clock: one message, so that a late process misses some.
+        self.subscriber = rospy.Subscriber(topic, kind, self.append, queue_size=1000, tcp_nodelay=True)
 
     @property
     def publishers(self):
