@@ -25,6 +25,9 @@ class Base(unittest.TestCase):
     def setUp(self):
         self.robot, self.lines = Robot(self), Log('/rosout', Line)
         self.addCleanup(self.robot.close)
+        self.wait_until_ready()
+
+    def wait_until_ready(self):
         self.robot.wait_until_ready()
 
     def expect_logged(self, words, meanwhile=lambda: None):
@@ -80,6 +83,9 @@ class Services(Base):
 
 class SetPoints(Base):
     """The robot's own publisher is on jackal_AIC/set_point, which the controller does not know here: it obeys /wanted."""
+
+    def wait_until_ready(self):
+        self.robot.wait(lambda: self.robot.now() > 0.0 and self.robot.states and self.robot.truth, 'the controller')
 
     def drives(self):
         state = self.robot.states[-1]
