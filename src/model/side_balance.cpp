@@ -5,6 +5,7 @@
 
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/robot_range.hpp"
+#include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
@@ -19,8 +20,7 @@ double apartOf(const WheelVector& share) { return share.sum() > 0.0 ? (share(1) 
 }  // namespace
 
 SideBalance::SideBalance(const GeometryParameters& geometry, bool gyro_measures)
-    : radius_(geometry.wheel_radius),
-      ratio_(geometry.slip_factor / geometry.effective_track),
+    : slope_(SkidSteerKinematics(geometry).yawPerDifference()),
       range_(kTurnSlack * geometry.track_range),
       gyro_measures_(gyro_measures) {}
 
@@ -36,12 +36,11 @@ void SideBalance::observe(const Observation& y, const ChannelValidity& measured)
   average(speeds_(0), y.wheel_left, step, thresholds::kMotionMemory);
   average(speeds_(1), y.wheel_right, step, thresholds::kMotionMemory);
   average(yaw_rate_, y.yaw_rate, step, thresholds::kMotionMemory);
-  const double x = radius_ * (speeds_(1) - speeds_(0)), v = 0.5 * radius_ * speeds_.sum();
-  const double e = kVeer * std::abs(v) + radius_ * kSideSpeed;
+  const double n = speeds_(1) - speeds_(0), e = kVeer * std::abs(speeds_.mean()) + kSideSpeed;
   const auto turn = [this](double difference, double factor) {
-    return ratio_ * difference * (difference > 0.0 ? factor : 1.0 / factor);
+    return slope_ * difference * (difference > 0.0 ? factor : 1.0 / factor);
   };
-  const bool agrees = yaw_rate_ >= turn(x - e, 1.0 / range_) && yaw_rate_ <= turn(x + e, range_);
+  const bool agrees = yaw_rate_ >= turn(n - e, 1.0 / range_) && yaw_rate_ <= turn(n + e, range_);
   contradicted_ = gyro_measures_ && measured.wheel_left && measured.wheel_right && measured.yaw_rate && !agrees;
 }
 

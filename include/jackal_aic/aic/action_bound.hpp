@@ -13,6 +13,7 @@
 ///                While it accelerates, its action advances no larger part of its way than that of the other wheel
 ///     stop       after a stop the action falls no faster than to zero in kShortestStop from the present speed
 ///     range      what a robot near its model needs for the goal (robot_range.hpp)
+///     sides      what its left and right wheels may need differently (side_balance.hpp)
 ///
 /// Otherwise the action is exactly that of the equation: well below the acceleration limit the loop is the linear loop
 /// of the certificate.

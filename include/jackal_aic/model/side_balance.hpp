@@ -13,9 +13,10 @@
 /// stays within the difference of one robot's sides, and does not grow while the gyro contradicts the wheels: while the
 /// yaw rate is outside of
 ///
-///     [x - e, x + e] alpha/b_hat (track range x 4/3)^(+-1),    e = 0.03 |v| + r 0.1 rad/s
+///     r alpha/b_hat [n - e, n + e] (track range x 4/3)^(+-1),    e = 0.03 |m| + 0.1 rad/s
 ///
-/// with x = r (w_R - w_L), v = r (w_L + w_R)/2 over 0.2 s: the veer of usual tyres, and coarse encoders.
+/// with the difference n = w_R - w_L and the mean m of the wheel speeds over 0.2 s: the veer of usual tyres, and coarse
+/// encoders.
 
 #include "jackal_aic/model/geometry.hpp"
 #include "jackal_aic/model/types.hpp"
@@ -42,9 +43,8 @@ class SideBalance {
   void reset();
 
  private:
-  double radius_;  // r [m]
-  double ratio_;   // alpha/b_hat [1/m]
-  double range_;   // of the ratio
+  double slope_;  // yaw rate per difference of the wheel speeds
+  double range_;  // of the slope
   bool gyro_measures_;
   double stamp_ = 0.0;                        // of the last measurement [s]
   WheelVector speeds_ = WheelVector::Zero();  // recent [rad/s]
