@@ -103,16 +103,13 @@ void BodyMonitor::start() {
   difference_change_ = forward_change_ = 0.0;
 }
 
-void BodyMonitor::predict(const double* forward_rates, const double* lowest, const double* highest,
-                          const double* difference_rates, std::size_t number, double step) {
+void BodyMonitor::predict(double forward_rate, const Range& possible, double difference_rate, double step) {
   const double fading = step / kFading;
-  for (std::size_t i = 0; i < number; ++i) {
-    forward_change_ += forward_rates[i] * step;
-    difference_change_ += difference_rates[i] * step;
-    lowest_ = std::min(lowest[i], lowest_ - fading * lowest_);
-    highest_ = std::max(highest[i], highest_ - fading * highest_);
-    rate_ = forward_rates[i];
-  }
+  forward_change_ += forward_rate * step;
+  difference_change_ += difference_rate * step;
+  lowest_ = std::min(possible.low, lowest_ - fading * lowest_);
+  highest_ = std::max(possible.high, highest_ - fading * highest_);
+  rate_ = forward_rate;
 }
 
 const char* text(Hypothesis hypothesis) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -122,41 +121,22 @@ void FaultMonitor::advance(const std::optional<WheelCommand>& known, double dura
   if (!known) followed_ = true;
   if (!started_) known_ = known ? known_ + duration : 0.0;
   const WheelCommand applied = known.value_or(followed_command_);
-  if (!(applied == driven_.command)) predict();
-  driven_.command = applied;
-  const double due = driven_.left_over + duration / DriveTrain::kStep;
-  const auto whole = static_cast<std::int64_t>(due + kRounding);
-  driven_.left_over = due - static_cast<double>(whole);
-  auto steps = static_cast<std::size_t>(whole);
-  for (; driven_.steps + steps >= kMostSteps; predict()) {
-    steps -= kMostSteps - driven_.steps;
-    driven_.steps = kMostSteps;
-  }
-  driven_.steps += steps;
+  left_over_ += duration / DriveTrain::kStep;
+  for (; left_over_ > 1.0 - kRounding; left_over_ -= 1.0) predict(applied);
 }
 
-/// Advances the predictions by the commands since the last call.
-void FaultMonitor::predict() {
-  const std::size_t number = std::exchange(driven_.steps, 0);
-  if (number == 0) return;
-  WheelSteps left, right;
-  left_.predict(driven_.command.left, number, left);
-  right_.predict(driven_.command.right, number, right);
-  PerStep forward, difference, lowest, highest;  // rates
-  for (std::size_t i = 0; i < number; ++i) {
-    forward[i] = 0.5 * rolling_radius_ * (left.rate[i] + right.rate[i]);
-    difference[i] = rolling_radius_ * (right.rate[i] - left.rate[i]);
-    lowest[i] = 0.5 * rolling_radius_ * (left.lowest_rate[i] + right.lowest_rate[i]);
-    highest[i] = 0.5 * rolling_radius_ * (left.highest_rate[i] + right.highest_rate[i]);
-  }
-  const PerStep none{};  // on a box the body does not follow its wheels
-  const auto of_body = [&](const PerStep& rates) { return (model_.on_box ? none : rates).data(); };
-  body_.predict(of_body(forward), of_body(lowest), of_body(highest), of_body(difference), number, DriveTrain::kStep);
+/// Lets a step pass in which a command is applied.
+void FaultMonitor::predict(const WheelCommand& command) {
+  const WheelRates left = left_.predict(command.left), right = right_.predict(command.right);
+  if (model_.on_box) return body_.predict(0.0, {0.0, 0.0}, 0.0, DriveTrain::kStep);  // the body does not follow
+  const auto forward = [&](double of_left, double of_right) { return 0.5 * rolling_radius_ * (of_left + of_right); };
+  body_.predict(forward(left.believed, right.believed),
+                {forward(left.possible.low, right.possible.low), forward(left.possible.high, right.possible.high)},
+                rolling_radius_ * (right.believed - left.believed), DriveTrain::kStep);
 }
 
 const FaultReport& FaultMonitor::check(const Observation& observation) {
   if (!observation.finite() || (started_ && observation.stamp <= stamp_)) return report_;
-  predict();
   const double time = started_ ? std::min(observation.stamp - stamp_, kLongestStep) : 0.0;
   const SampleStep step(time, parameters_.covariance_time_constant);
   if (!started_) start(observation);
@@ -385,7 +365,6 @@ void FaultMonitor::checkTraction(const Observation& observation, double step) {
 }
 
 void FaultMonitor::restart() {
-  predict();
   started_ = was_to_stand_ = wheels_turned_ = false;
   known_ = 0.0;
   followed_ = false;

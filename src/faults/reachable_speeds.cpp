@@ -24,7 +24,9 @@ ReachableSpeeds::ReachableSpeeds(const PlantModel& model, double wheel_radius, c
     : gain_(model.gain),
       dead_zone_(model),
       model_delay_(steps(model.dead_time)),
-      commands_(steps(model.dead_time - range.earlier), steps(model.dead_time + range.later), kMostSteps),
+      shortest_delay_(steps(model.dead_time - range.earlier)),
+      longest_delay_(steps(model.dead_time + range.later)),
+      commands_(longest_delay_),
       slow_(paceWith(model, wheel_radius, range.longest_lag, range.slowest_acceleration)),
       nominal_pace_(paceWith(model, wheel_radius, model.lag, 1.0)),
       fast_(paceWith(model, wheel_radius, range.shortest_lag, range.fastest_acceleration)) {}
@@ -40,28 +42,21 @@ void ReachableSpeeds::seed(double speed, double misfit) {
     return std::abs(steady - speed) < misfit ? steady : speed;
   };
   nominal_ = speed;
-  low_ = std::min(speed, settled(commands_.low()));
-  high_ = std::max(speed, settled(commands_.high()));
+  const Range acting = commands_.range(shortest_delay_, longest_delay_);
+  low_ = std::min(speed, settled(acting.low));
+  high_ = std::max(speed, settled(acting.high));
 }
 
-void ReachableSpeeds::predict(double command, std::size_t number, Steps& steps) {
-  PerStep lowest, highest;
-  commands_.add(dead_zone_.effective(command), number, lowest.data(), highest.data());
-  for (std::size_t i = 0; i < number; ++i) steps.acting[i] = commands_.at(model_delay_ + number - 1 - i);
-  const Pace slow = slow_, model = nominal_pace_, fast = fast_;
-  const double gain = gain_;
-  double low = low_, nominal = nominal_, high = high_;
-  for (std::size_t i = 0; i < number; ++i) {
-    const double r_low = gain * lowest[i], r_high = gain * highest[i];
-    steps.lowest_rate[i] = std::min(0.0, fast.towards(r_low, high)) / kStep;
-    steps.highest_rate[i] = std::max(0.0, fast.towards(r_high, low)) / kStep;
-    low += r_low < low ? fast.towards(r_low, low) : slow.towards(r_low, low);
-    high += r_high > high ? fast.towards(r_high, high) : slow.towards(r_high, high);
-    nominal = std::min(high, std::max(low, nominal + model.towards(gain * steps.acting[i], nominal)));
-  }
-  low_ = low;
-  nominal_ = nominal;
-  high_ = high;
+Range ReachableSpeeds::predict(double command) {
+  commands_.add(dead_zone_.effective(command));
+  const Range acting = commands_.range(shortest_delay_, longest_delay_);
+  const double r_low = gain_ * acting.low, r_high = gain_ * acting.high;
+  const Range rates{std::min(0.0, fast_.towards(r_low, high_)) / kStep,
+                    std::max(0.0, fast_.towards(r_high, low_)) / kStep};
+  low_ += (r_low < low_ ? fast_ : slow_).towards(r_low, low_);
+  high_ += (r_high > high_ ? fast_ : slow_).towards(r_high, high_);
+  nominal_ = std::clamp(nominal_ + nominal_pace_.towards(gain_ * this->acting(), nominal_), low_, high_);
+  return rates;
 }
 
 }  // namespace jackal_aic

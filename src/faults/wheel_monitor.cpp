@@ -116,8 +116,8 @@ constexpr double kGain = 3.0;
 /// Widest envelope with which the noise is learned, in standard deviations of the error.
 constexpr double kNarrow = 3.0;
 
-DriveTrainBeliefParameters beliefParameters(const FaultParameters& p) {
-  DriveTrainBeliefParameters belief;
+WheelBeliefParameters beliefParameters(const FaultParameters& p) {
+  WheelBeliefParameters belief;
   belief.measurement_variance = p.wheel_variance;
   belief.dead_time_deviation = p.dead_time_deviation;
   return belief;
@@ -127,16 +127,18 @@ DriveTrainBeliefParameters beliefParameters(const FaultParameters& p) {
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
-                   {steps(kTimingBound * parameters.dead_time_deviation), steps(lead(parameters, model))}) {}
+                   RecentValues(steps(kTimingBound * parameters.dead_time_deviation)),
+                   RecentValues(steps(lead(parameters, model)))) {}
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-                           ReachableSpeeds&& reachable, PredictionEnvelope&& envelope)
+                           ReachableSpeeds&& reachable, RecentValues&& late, RecentValues&& early)
     : parameters_(parameters),
       reachable_(std::move(reachable)),
-      belief_(model, wheel_radius, beliefParameters(parameters)),
+      belief_(model, wheel_radius, beliefParameters(parameters), 0.0),
       drive_train_(model, wheel_radius),
       early_delay_(steps(model.dead_time - lead(parameters, model))),
-      envelope_(std::move(envelope)),
+      late_speeds_(std::move(late)),
+      early_speeds_(std::move(early)),
       identified_(model.identified),
       change_(kMemory),
       persistence_(parameters.persistence()),
@@ -144,7 +146,8 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
 
 void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
-  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(envelope_));
+  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(late_speeds_),
+                       std::move(early_speeds_));
   start(0.0);
 }
 
@@ -164,7 +167,8 @@ void WheelMonitor::startUnderWay(double speed) {
 void WheelMonitor::follow(double speed) {
   belief_.reset(speed);
   early_ << speed, 0.0, 0.0;
-  envelope_.start(speed, speed);
+  late_speeds_.fill(speed);
+  early_speeds_.fill(speed);
   reachable_.start(speed);
   last_speed_ = speed;  // a belief that is the measurement explains none of its noise
 }
@@ -176,7 +180,8 @@ double WheelMonitor::steadyMisfit(double speed) const {
 }
 
 void WheelMonitor::begin(double speed) {
-  envelope_.start(speed, early_(0));
+  late_speeds_.fill(speed);
+  early_speeds_.fill(early_(0));
   held_ = {{speed, speed}, {speed, speed}, clock_ - kUnknownAge};
   intervals_.fill(held_);
   last_speed_ = measured_ = speed;
@@ -185,23 +190,26 @@ void WheelMonitor::begin(double speed) {
   persistence_.reset();
 }
 
-void WheelMonitor::predict(double command, std::size_t number, WheelSteps& steps) {
-  reachable_.predict(command, number, steps);
-  belief_.predict(steps.acting, number, steps.speed, steps.rate);
-  PerStep early;
-  const DriveTrain drive_train = drive_train_;
-  Eigen::Vector3d x = early_;
-  for (std::size_t i = 0; i < number; ++i) {
-    drive_train.step(x, reachable_.commandBefore(early_delay_ + number - 1 - i));
-    early[i] = x(0);
-    change_.add(steps.rate[i], DriveTrain::kStep);
-  }
-  early_ = x;
-  envelope_.add(steps.speed.data(), early.data(), number);
+WheelRates WheelMonitor::predict(double command) {
+  const Range rates = reachable_.predict(command);
+  belief_.predictActing(reachable_.acting());
+  drive_train_.step(early_, reachable_.commandBefore(early_delay_));
+  late_speeds_.add(belief_.speed());
+  early_speeds_.add(early_(0));
+  change_.add(belief_.acceleration(), DriveTrain::kStep);
+  return {belief_.acceleration(), rates};
+}
+
+/// Speeds of the model whose dead time is uncertain. The prediction that runs ahead was where the belief is now; only
+/// its changes since count.
+Range WheelMonitor::timed() const {
+  const double offset = late_speeds_.at(0) - early_speeds_.oldest();
+  const Range late = late_speeds_.range(), early = early_speeds_.range();
+  return {std::min(late.low, early.low + offset), std::max(late.high, early.high + offset)};
 }
 
 double WheelMonitor::speedVariance() const {
-  return std::min(belief_.speedVariance(), kLargestDeviation * kLargestDeviation) + resolutionVariance();
+  return std::min(belief_.covariance()(0, 0), kLargestDeviation * kLargestDeviation) + resolutionVariance();
 }
 
 /// Variance of rounding. It does not average out at a constant speed.
@@ -212,7 +220,7 @@ double WheelMonitor::resolutionVariance() const { return quantum_ * quantum_ / 1
 WheelMonitor::Interval WheelMonitor::possible() const {
   const double slowest = reachable_.low(), fastest = reachable_.high();
   const double offset = belief_.speed() - reachable_.nominal();
-  const auto [low, high] = envelope_.range();
+  const auto [low, high] = timed();
   Interval possible{std::min(low, slowest + offset), std::max(high, fastest + offset)};
   if (slowest > kStiction || fastest < -kStiction) return possible;
   possible.low = std::min({possible.low, slowest, 0.0});

@@ -24,7 +24,7 @@ class Body {
   /// A sample at wheels of x and v [m/s]. @param yaw_rate [rad/s], acceleration [m/s^2] of the body, without noise.
   void sample(double x, double v, double yaw_rate, double acceleration = 0.0) {
     const double dv = (v - v_) / kStep, dx = (x - x_) / kStep;
-    monitor.predict(&dv, &dv, &dv, &dx, 1, kStep);
+    monitor.predict(dv, {dv, dv}, dx, kStep);
     v_ = v;
     x_ = x;
     Observation y;

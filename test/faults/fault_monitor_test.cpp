@@ -378,27 +378,6 @@ TEST(FaultMonitor, FreezingCanBeSwitchedOff) {
 
 // ---- time
 
-TEST(PredictionEnvelope, HoldsWhatComesEarlierOrLater) {
-  // A step from 0 to 1 in step 500; the prediction ahead sees it 80 steps before.
-  PredictionEnvelope envelope(90, 80);
-  envelope.start(0.0, 0.0);
-  for (int k = 1; k <= 700; ++k) {
-    envelope.add(k >= 500 ? 1.0 : 0.0, k >= 420 ? 1.0 : 0.0);
-    EXPECT_EQ(envelope.range().low, k < 590 ? 0.0 : 1.0) << k;
-    EXPECT_EQ(envelope.range().high, k >= 420 ? 1.0 : 0.0) << k;
-  }
-}
-
-TEST(PredictionEnvelope, OnlyChangesOfThePredictionAheadCount) {
-  for (const double change : {0.0, -1.0, 1.0}) {
-    PredictionEnvelope envelope(10, 10);
-    envelope.start(2.0, 5.0);
-    for (int k = 0; k < 5; ++k) envelope.add(2.0, 5.0 + change);
-    EXPECT_EQ(envelope.range().low, 2.0 + std::min(change, 0.0));
-    EXPECT_EQ(envelope.range().high, 2.0 + std::max(change, 0.0));
-  }
-}
-
 TEST(FaultMonitor, KeepsTheTimeOfAnyStep) {
   for (const int steps : {8, 12, 14, 7}) {  // of 20 ms: 400, 600, 700 and 350 Hz
     FaultMonitor by_steps({}, {}, model()), by_milliseconds({}, {}, model());

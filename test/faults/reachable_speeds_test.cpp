@@ -22,13 +22,6 @@ PlantModel model() {
 
 constexpr DriveTrainRange kRange{0.04, 0.09, 0.01, 0.1, 0.5, 3.0};
 
-/// What happens while a command [rad/s] is applied for a step.
-ReachableSpeeds::Steps predict(ReachableSpeeds& reachable, double command) {
-  ReachableSpeeds::Steps steps;
-  reachable.predict(command, 1, steps);
-  return steps;
-}
-
 /// A drive train somewhere in the range.
 PlantModel drawn(std::mt19937& random) {
   const auto between = [&](double low, double high) {
@@ -55,11 +48,11 @@ TEST(ReachableSpeeds, HoldEveryDriveTrainOfTheirRange) {
         hold = 1 + static_cast<int>(random() % 500);
       }
       wheel.predict(command);
-      const ReachableSpeeds::Steps steps = predict(reachable, command);
+      const Range rates = reachable.predict(command);
       ASSERT_GE(wheel.speed(), reachable.low() - 1e-9) << "robot " << robot << ", step " << k;
       ASSERT_LE(wheel.speed(), reachable.high() + 1e-9) << "robot " << robot << ", step " << k;
-      ASSERT_GE(wheel.acceleration(), steps.lowest_rate[0] - 1e-6) << "robot " << robot << ", step " << k;
-      ASSERT_LE(wheel.acceleration(), steps.highest_rate[0] + 1e-6) << "robot " << robot << ", step " << k;
+      ASSERT_GE(wheel.acceleration(), rates.low - 1e-6) << "robot " << robot << ", step " << k;
+      ASSERT_LE(wheel.acceleration(), rates.high + 1e-6) << "robot " << robot << ", step " << k;
     }
   }
 }
@@ -68,14 +61,14 @@ TEST(ReachableSpeeds, HoldAWheelThatTurnsByTheOffsetSlowerOrStands) {
   PlantModel with = model();
   with.offset = 0.5;
   ReachableSpeeds reachable(with, kRadius, kRange);
-  for (int k = 0; k < 2999; ++k) predict(reachable, -10.0);
-  const ReachableSpeeds::Steps steps = predict(reachable, -10.0);
-  EXPECT_NEAR(steps.lowest_rate[0], 0.0, 1e-3);
-  EXPECT_NEAR(steps.highest_rate[0], 0.0, 1e-3);
+  for (int k = 0; k < 2999; ++k) reachable.predict(-10.0);
+  const Range rates = reachable.predict(-10.0);
+  EXPECT_NEAR(rates.low, 0.0, 1e-3);
+  EXPECT_NEAR(rates.high, 0.0, 1e-3);
   EXPECT_NEAR(reachable.low(), -9.5, 1e-6);
   EXPECT_NEAR(reachable.high(), -9.5, 1e-6);
   reachable.start(0.0);
-  for (int k = 0; k < 3000; ++k) predict(reachable, 0.4);
+  for (int k = 0; k < 3000; ++k) reachable.predict(0.4);
   EXPECT_EQ(reachable.high(), 0.0);
 }
 
@@ -85,7 +78,7 @@ TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
   for (int k = 0; k < 2000; ++k) {
     const double command = k < 1000 ? 6.0 : -4.0;
     wheel.predict(command);
-    predict(reachable, command);
+    reachable.predict(command);
     EXPECT_NEAR(reachable.low(), wheel.speed(), 1e-6);
     EXPECT_NEAR(reachable.nominal(), wheel.speed(), 1e-6);
     EXPECT_NEAR(reachable.high(), wheel.speed(), 1e-6);
@@ -94,7 +87,7 @@ TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
 
 TEST(ReachableSpeeds, OfAWheelThatMayHaveSettledHoldWhereItsCommandsLead) {
   ReachableSpeeds reachable(model(), kRadius, kRange);
-  for (int k = 0; k < 1000; ++k) predict(reachable, 10.0);
+  for (int k = 0; k < 1000; ++k) reachable.predict(10.0);
   reachable.seed(9.5, 1.0);
   EXPECT_EQ(reachable.low(), 9.5);
   EXPECT_EQ(reachable.nominal(), 9.5);
@@ -113,10 +106,10 @@ TEST(ReachableSpeeds, StartWithTheCommandThatDrivesTheirSpeed) {
   PlantModel weak = model();
   weak.gain = 0.8;
   ReachableSpeeds reachable(weak, kRadius, kRange);
-  for (int k = 0; k < 200; ++k) predict(reachable, 10.0);
+  for (int k = 0; k < 200; ++k) reachable.predict(10.0);
   reachable.start(4.0);
   for (int k = 0; k < 500; ++k) {
-    predict(reachable, 5.0);
+    reachable.predict(5.0);
     ASSERT_NEAR(reachable.low(), 4.0, 1e-9);
     ASSERT_NEAR(reachable.high(), 4.0, 1e-9);
   }

@@ -193,10 +193,9 @@ TEST(WheelMonitor, AWheelThatTheOtherSideDragsIsNotBehindAndOneThatStandsIs) {
 
 // ---- the band of speeds that may be
 
-/// Lets a number of steps pass, each of them for itself.
+/// Lets a number of steps pass.
 void predict(ReachableSpeeds& reachable, double command, long number) {
-  ReachableSpeeds::Steps steps;
-  for (; number > 0; --number) reachable.predict(command, 1, steps);
+  for (; number > 0; --number) reachable.predict(command);
 }
 
 TEST(WheelMonitor, TheBandIsThatOfARangeOfDriveTrains) {

@@ -23,6 +23,7 @@
 #include "jackal_aic/faults/offset.hpp"
 #include "jackal_aic/faults/repetition.hpp"
 #include "jackal_aic/faults/yaw_prediction.hpp"
+#include "jackal_aic/model/robot_range.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic::faults {
@@ -73,10 +74,9 @@ class BodyMonitor {
   /// @param effective_track b_hat at the start [m]; @param on_box the body does not follow its wheels.
   BodyMonitor(const FaultParameters& parameters, double effective_track, bool on_box);
 
-  /// Lets steps pass [s]. @param forward_rates dv/dt of the wheels' predictions; @param lowest, highest what it may
-  /// also be, as the drive train is uncertain; @param difference_rates dx/dt [m/s^2], number of each.
-  void predict(const double* forward_rates, const double* lowest, const double* highest, const double* difference_rates,
-               std::size_t number, double step);
+  /// Lets a step pass [s]. @param forward_rate dv/dt of the wheels' predictions; @param possible what it may also be,
+  /// as the drive train is uncertain; @param difference_rate dx/dt [m/s^2].
+  void predict(double forward_rate, const Range& possible, double difference_rate, double step);
 
   /// Weighs a sample. @param step since the last one [s].
   void check(const Observation& observation, const WheelMotion& wheels, double step);

@@ -101,7 +101,7 @@ class FaultMonitor {
 
   /// Advances the time under a command. @param applied the applied command, zero while stopped; empty if unknown: then
   /// the prediction follows the measurement, and only a frozen encoder is found; @param duration [s]; remainders of
-  /// DriveTrain::kStep accumulate. The predictions are computed with the next command or sample, or after kMostSteps.
+  /// DriveTrain::kStep accumulate.
   void advance(const std::optional<WheelCommand>& applied, double duration);
 
   /// Judges a sample. A sample that is not finite or not later than the last is ignored. Invalid channels keep their
@@ -129,14 +129,7 @@ class FaultMonitor {
     double time = 0.0;  // since the first suspect sample [s]
   };
 
-  /// A command and the steps in which it was applied.
-  struct Driven {
-    WheelCommand command;
-    std::size_t steps = 0;
-    double left_over = 0.0;  // of a step
-  };
-
-  void predict();
+  void predict(const WheelCommand& command);
   void start(const Observation& observation);
   void checkWheels(const Observation& observation, const SampleStep& step);
   void weighEvidence(const Observation& observation, double step);
@@ -163,7 +156,7 @@ class FaultMonitor {
   double off_model_ = 0.0;                          // time for which a wheel turns beyond what its commands allow [s]
   double off_measured_ = 0.0, off_expected_ = 0.0;  // angles of such wheels in that time [rad]
   TractionBelief traction_{0.0};
-  Driven driven_;  // that the predictions have not followed yet
+  double left_over_ = 0.0;  // time of a step that has not been predicted yet, in steps
   FaultReport report_;
   Evidence evidence_;
   bool yaw_tells_ = false;

@@ -10,9 +10,8 @@
 
 #include <cstddef>
 
-#include "jackal_aic/faults/sliding_range.hpp"
+#include "jackal_aic/faults/recent_values.hpp"
 #include "jackal_aic/model/drive_train.hpp"
-#include "jackal_aic/model/drive_train_belief.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 
 namespace jackal_aic {
@@ -43,19 +42,14 @@ class ReachableSpeeds {
   /// model [rad/s]; commands that lead within it may have been reached already.
   void seed(double speed, double misfit = 0.0);
 
-  /// Command and rates of each step.
-  struct Steps {
-    PerStep acting;        ///< effective command that acts after the model's dead time [rad/s]
-    PerStep lowest_rate;   ///< of dw/dt, at any speed in the interval [rad/s^2]
-    PerStep highest_rate;  ///< the highest [rad/s^2]
-  };
+  /// Advances by DriveTrain::kStep under a command u [rad/s]. Returns the range of dw/dt at any speed in the interval
+  /// [rad/s^2].
+  Range predict(double command);
 
-  /// Advances by steps of DriveTrain::kStep under a command u [rad/s]. @param number of steps, at most kMostSteps;
-  /// @param[out] steps command and rates of each.
-  void predict(double command, std::size_t number, Steps& steps);
+  /// Effective command [rad/s] that acts after the model's dead time.
+  double acting() const { return commands_.at(model_delay_); }
 
-  /// Effective command [rad/s] of some time ago [steps], which is not longer than the longest dead time
-  /// and kMostSteps.
+  /// Effective command [rad/s] of some time ago [steps], not longer than the longest dead time.
   double commandBefore(std::size_t age) const { return commands_.at(age); }
 
   /// Speed that the newest command asks for, at steady state [rad/s].
@@ -70,8 +64,8 @@ class ReachableSpeeds {
  private:
   double gain_;
   DeadZone dead_zone_;
-  std::size_t model_delay_;  // [steps]
-  SlidingRange commands_;    // effective ones that may act now, one per step
+  std::size_t model_delay_, shortest_delay_, longest_delay_;  // [steps]
+  RecentValues commands_;                                     // effective ones
   Pace slow_, nominal_pace_, fast_;
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
 };

@@ -10,20 +10,20 @@
 #include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/density.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
-#include "jackal_aic/faults/prediction_envelope.hpp"
 #include "jackal_aic/faults/reachable_speeds.hpp"
+#include "jackal_aic/faults/recent_values.hpp"
 #include "jackal_aic/faults/repetition.hpp"
 #include "jackal_aic/model/drive_train.hpp"
-#include "jackal_aic/model/drive_train_belief.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/robot_range.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
 
 namespace jackal_aic {
 
-/// Predicted motion of a wheel in each step.
-struct WheelSteps : ReachableSpeeds::Steps {
-  PerStep speed;  ///< as the model has it [rad/s]
-  PerStep rate;   ///< the same, dw/dt [rad/s^2]
+/// Predicted acceleration dw/dt of a wheel in a step [rad/s^2].
+struct WheelRates {
+  double believed;  ///< of the model
+  Range possible;   ///< of any drive train in the range
 };
 
 /// Prediction, comparison and verdict for one encoder. Allocates when it is made, and not after.
@@ -56,13 +56,7 @@ class WheelMonitor {
   void follow(double speed);
 
   /// Moves the prediction by one DriveTrain::kStep during which a command [rad/s] is applied.
-  void predict(double command) {
-    WheelSteps steps;
-    predict(command, 1, steps);
-  }
-
-  /// The same for a number of steps, at most kMostSteps. @param[out] steps the motion in each.
-  void predict(double command, std::size_t number, WheelSteps& steps);
+  WheelRates predict(double command);
 
   /// Compares a measured speed [rad/s] with the prediction. The result is in suspect(), frozen() and distance(). @param
   /// step time since the last sample [s].
@@ -125,8 +119,9 @@ class WheelMonitor {
     double time;  // of the sample, by clock_ [s]
   };
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-               ReachableSpeeds&& reachable, PredictionEnvelope&& envelope);
+               ReachableSpeeds&& reachable, RecentValues&& late, RecentValues&& early);
   void begin(double speed);
+  Range timed() const;
   double speedVariance() const;
   double resolutionVariance() const;
   double variance() const;
@@ -147,11 +142,12 @@ class WheelMonitor {
 
   FaultParameters parameters_;
   ReachableSpeeds reachable_;  // keeps the commands under way
-  DriveTrainBelief belief_;    // of the command that acts
+  WheelBelief belief_;         // of the command that acts
   DriveTrain drive_train_;
   Eigen::Vector3d early_ = Eigen::Vector3d::Zero();  // of a command that will act; never corrected
   std::size_t early_delay_;                          // [steps]
-  PredictionEnvelope envelope_;
+  RecentValues late_speeds_;                         // believed, as long as the dead time may be longer [rad/s]
+  RecentValues early_speeds_;                        // of early_, as long as it runs ahead [rad/s]
   bool identified_;
   RecentChange change_;
   LearnedVariance learned_;
