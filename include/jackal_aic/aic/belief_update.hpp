@@ -13,12 +13,9 @@
 /// thesis' mu_tilde <- mu_tilde + h d(mu_tilde)/dt (3-16), which diverges once the spectral radius of I + h A exceeds
 /// 1: of Table C-1 at h kappa_mu Pi_mu / tau^2 = 1.75. With Phi = I + h A and Gamma = h I it is the same map.
 ///
-/// Gamma b changes only with a measurement, a set point or gains. Uncoupled states have separate blocks of Phi. The
-/// Jackal's motions are uncoupled: both sides of the robot have the same precision, so that the cross terms of forward
-/// speed and turn cancel.
+/// Gamma b changes only with a measurement, a set point or gains.
 
 #include <Eigen/Core>
-#include <utility>
 
 #include "jackal_aic/aic/free_energy.hpp"
 #include "jackal_aic/aic/generative_model.hpp"
@@ -26,22 +23,6 @@
 #include "jackal_aic/aic/spectral_radius.hpp"
 
 namespace jackal_aic {
-
-/// mu <- Phi mu + u of some blocks of fixed size, whose elements lie `blocks` apart.
-/// @param Phis size x size of each block; @param input u.
-template <int blocks, int size>
-void stepBlocks(const double* Phis, const double* input, double* belief) {
-  using Block = Eigen::Matrix<double, size, size>;
-  using Vector = Eigen::Matrix<double, size, 1>;
-  using Stride = Eigen::InnerStride<blocks>;
-  for (int i = 0; i < blocks; ++i) {
-    const Eigen::Map<const Block> Phi(Phis + i * size * size);
-    Eigen::Map<Vector, 0, Stride> mu(belief + i);
-    Vector next = Eigen::Map<const Vector, 0, Stride>(input + i);
-    next.noalias() += Phi * mu;
-    mu = next;
-  }
-}
 
 /// [Phi Gamma] of dynamics A over a step [s].
 Eigen::MatrixXd integrated(const Eigen::MatrixXd& A, double step, Integrator integrator);
@@ -52,7 +33,6 @@ Eigen::MatrixXd leastSquares(const Eigen::MatrixXd& sensory_map);
 /// One step of the belief update. step() does not throw, and with fixed-size models does not allocate.
 template <class Model>
 class BeliefUpdate {
-  static constexpr int kStates = Model::Belief::RowsAtCompileTime, kOrders = Model::Belief::MaxColsAtCompileTime;
   static constexpr int kSize = Model::Belief::MaxSizeAtCompileTime;
 
  public:
@@ -66,7 +46,7 @@ class BeliefUpdate {
   /// @param integrator exact or euler. Computes Phi and Gamma once.
   BeliefUpdate(const Model& model, double kappa_mu, double step, Integrator integrator)
       : model_(model), kappa_mu_(kappa_mu), step_(step), A_(model.beliefSize(), model.beliefSize()) {
-    const int n = model.beliefSize(), orders = model.orders() + 1;
+    const int n = model.beliefSize();
     // Column by column the derivative of a unit belief without measurement and set point: A cannot differ from 3-11.
     for (int i = 0; i < n; ++i) {
       Belief unit = model.still();
@@ -77,16 +57,6 @@ class BeliefUpdate {
     const Eigen::MatrixXd maps = integrated(A_, step, integrator);
     transition_ = maps.leftCols(n);
     input_transition_ = maps.rightCols(n);
-    if constexpr (kStates != Eigen::Dynamic) {
-      bool linked = false;
-      for (int i = 0; i < n * n; ++i) linked |= i / n % kStates != i % kStates && transition_(i) != 0.0;
-      step_blocks_ = stepper(linked, std::make_integer_sequence<int, kOrders>());
-      blocks_ = transition_;
-      for (int i = 0; !linked && i < n * orders; ++i) {
-        const int state = i / (orders * orders), column = i / orders % orders, row = i % orders;
-        blocks_(i) = transition_(kStates * row + state, kStates * column + state);
-      }
-    }
   }
 
   /// Gamma b: the change of the belief in every step by the held measurement and set point.
@@ -94,7 +64,6 @@ class BeliefUpdate {
     // b = κ_μ (E' Π_μ μ̃_d/τ + R' Π_y ỹ): what 3-11 gives for a zero belief
     Belief input = model_.still();
     const Belief b = beliefDerivative(model_, kappa_mu_, input, measurement, set_point);
-    using Stacked = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kSize, 1>;
     Eigen::Map<Stacked>(input.data(), input.size()).noalias() =
         input_transition_.lazyProduct(Eigen::Map<const Stacked>(b.data(), b.size()));
     return input;
@@ -103,13 +72,9 @@ class BeliefUpdate {
   /// Advances the belief by one step. @param input Gamma b, as input() gives it.
   void step(Belief& belief, const Belief& input) const {
     // μ̃ ← Φ μ̃ + Γ b
-    if constexpr (kStates != Eigen::Dynamic) {
-      step_blocks_(blocks_.data(), input.data(), belief.data());
-    } else {
-      const Eigen::Map<const Eigen::VectorXd> added(input.data(), input.size());
-      Eigen::Map<Eigen::VectorXd> mu(belief.data(), belief.size());
-      mu = (transition_ * mu + added).eval();
-    }
+    Eigen::Map<Stacked> mu(belief.data(), belief.size());
+    const Stacked driven = transition_.lazyProduct(mu);
+    mu = driven + Eigen::Map<const Stacked>(input.data(), input.size());
   }
 
   /// Advances the belief by one step with the measurement and the set point held.
@@ -128,15 +93,7 @@ class BeliefUpdate {
   double eulerNumber() const { return step_ * kappa_mu_ * model_.state_precision(0, 0) / (model_.tau * model_.tau); }
 
  private:
-  using Stepper = void (*)(const double*, const double*, double*);
-
-  /// The step for the number of orders: each state separately, or all states at once.
-  template <int... orders>
-  Stepper stepper(bool linked, std::integer_sequence<int, orders...>) const {
-    constexpr Stepper kEach[] = {stepBlocks<kStates, orders + 1>...};
-    constexpr Stepper kAll[] = {stepBlocks<1, kStates*(orders + 1)>...};
-    return (linked ? kAll : kEach)[model_.orders()];
-  }
+  using Stacked = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kSize, 1>;
 
   Model model_;
   double kappa_mu_;
@@ -144,8 +101,6 @@ class BeliefUpdate {
   Matrix A_;
   Matrix transition_;
   Matrix input_transition_;
-  Matrix blocks_;  // of Phi, one after the other
-  Stepper step_blocks_ = nullptr;
 };
 
 extern template class BeliefUpdate<GenerativeModel>;
