@@ -347,7 +347,7 @@ LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, 
   const auto evaluate = [&](double phase) {
     if (worst.radius >= enough || phase < 0.0 || phase > longestPhase()) return;
     change.phase = phase;
-    const double radius = spectralRadiusBeside(kStabilityLimit, periodMap(mode, change));
+    const double radius = jackal_aic::spectralRadius(periodMap(mode, change));
     if (radius > worst.radius) worst = {radius, phase};
   };
   double distance = longestPhase() / (kPhases - 1);

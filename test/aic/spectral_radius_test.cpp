@@ -30,8 +30,7 @@ TEST(SpectralRadius, DoesNotDependOnTheUnitsOfTheStates) {
   }
 }
 
-/// The radius is on the right side of a limit even closer than the uncertainty without scaling.
-TEST(SpectralRadius, IsOnTheSameSideOfALimitByTheQuickTest) {
+TEST(SpectralRadius, IsThatOfASearchWithinItsUncertainty) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 3000; ++i) {
@@ -40,16 +39,10 @@ TEST(SpectralRadius, IsOnTheSameSideOfALimitByTheQuickTest) {
     if (i % 2 == 0) map.bottomRows(size / 2).setZero();
     if (i % 2 == 0 && size > 3) map.diagonal(-1).tail(size / 2).setOnes();  // a chain of delays
     if (i % 3 == 0) map = map * Eigen::VectorXd::LinSpaced(size, 1e-4, 1e4).asDiagonal();
-    if (i % 5 < 2) map = map.unaryExpr([&](double x) { return normal(random) < 0.0 ? 1e-161 * x : x; });
     const SpectralRadius radius = spectralRadiusOf(map);
-    for (const double part : {0.0, 0.5, 0.999, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1.001, 2.0}) {
-      const double limit = part * radius.upper();
-      EXPECT_EQ(spectralRadiusBeside(limit, map) < limit, radius.upper() < limit) << size << ", " << part;
-    }
+    ASSERT_NEAR(spectralRadius(map), radius.value, 2.0 * radius.uncertainty) << size;
+    ASSERT_LE(radius.uncertainty, 1e-9 * radius.value) << size;
   }
-  EXPECT_LT(spectralRadiusBeside(0.95, inOtherUnits(1e30)), 0.95);
-  EXPECT_GT(spectralRadiusBeside(0.85, inOtherUnits(1e30)), 0.85);
-  EXPECT_EQ(spectralRadiusBeside(1.0, Eigen::MatrixXd::Constant(3, 3, HUGE_VAL)), HUGE_VAL);
 }
 
 TEST(SpectralRadius, OfZeroIsZeroAndOfNonFiniteMapsInfinite) {
@@ -58,6 +51,7 @@ TEST(SpectralRadius, OfZeroIsZeroAndOfNonFiniteMapsInfinite) {
   EXPECT_NEAR(spectralRadiusOf(1e300 * map).value, 1e300, 1e288);
   map(0, 1) = std::nan("");
   EXPECT_EQ(spectralRadiusOf(map).upper(), HUGE_VAL);
+  EXPECT_EQ(spectralRadius(map), HUGE_VAL);
   map(0, 1) = HUGE_VAL;
   EXPECT_EQ(spectralRadiusOf(map).value, HUGE_VAL);
 }

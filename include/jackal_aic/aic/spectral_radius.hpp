@@ -7,8 +7,7 @@
 /// map and u the unit of rounding. An eigenvalue with the right and left eigenvectors x and y then errs by no more than
 /// |x| |y| / |y' x| n u |M| (LAPACK Users' Guide, 4.8; to first order). States of very different size make both factors
 /// large. So the states are first scaled until the rows of M are as long as its columns (Parlett and Reinsch 1969), by
-/// powers of two, without rounding. Where the bound is still large after that, the eigenvalues are computed again in
-/// extended precision.
+/// powers of two, without rounding.
 
 #include <Eigen/Core>
 
@@ -27,8 +26,7 @@ struct SpectralRadius {
 /// map or the radius is not finite.
 SpectralRadius spectralRadiusOf(const Eigen::MatrixXd& map);
 
-/// A radius on the same side of a limit as spectralRadiusOf(map).upper(), but faster: the eigenvalues of the scaled
-/// map, with a bound of their error only within 1e-6 of the limit.
-double spectralRadiusBeside(double limit, const Eigen::MatrixXd& map);
+/// The radius alone, for a search; infinite if the map is not finite.
+double spectralRadius(const Eigen::MatrixXd& map);
 
 }  // namespace jackal_aic
