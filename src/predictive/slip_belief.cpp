@@ -77,13 +77,13 @@ double SlipBelief::changeOf(const WheelDifference& n, double step) {
   return changed_;
 }
 
-void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double step) {
+void SlipBelief::learnTrack(double yaw_rate, double lateral, const WheelDifference& n, double step) {
   turn_.pass(step);
   const double left = n.mean - 0.5 * n.value, right = n.mean + 0.5 * n.value;
   const double slope = yawPerDifference(left, right), late = slope * changeOf(n, step);
   const double lasts = std::max(1.0, learning_.yaw_delay_deviation / step);  // samples with the same delay
   const double x = radius_ * (n.value + n.error), v = radius_ * (n.mean + n.mean_error);
-  if (!agrees(yaw_rate, x, v, step)) return;
+  if (!agrees(yaw_rate, lateral, x, v, step)) return;
   keep(n, step);
   const bool turn = turns(n, step);
   const double variance = learning_.gyro_variance + slope * slope * uncertainty(n) + lasts * late * late;
@@ -96,10 +96,15 @@ void SlipBelief::learnTrack(double yaw_rate, const WheelDifference& n, double st
 }
 
 /// In a turn the mean of a second decides, because single samples of a wrong gyro agree by their noise.
-bool SlipBelief::agrees(double yaw_rate, double x, double v, double step) {
+bool SlipBelief::agrees(double yaw_rate, double lateral, double x, double v, double step) {
   if (std::abs(x) <= TurnModel::kTurn) return turn_.plausible(yaw_rate, x, v);
   const double asked = x * configured_.slip_factor / configured_.effective_track;
   agreement_.update(yaw_rate, asked, step);
+  lateral_.update(lateral, v * asked, step);
+  arc_.update(v * yaw_rate, v * asked, step);
+  const bool arc = std::abs(v * asked) > TurnAgreement::kLeastTurn;
+  const double least = lateral_.value() - thresholds::kSure * lateral_.deviation();
+  if (arc && least > learning_.range * arc_.value()) return withdraw(), false;
   return turn_.plausible(agreement_.value() * asked, x, v);
 }
 

@@ -49,7 +49,7 @@ TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
   SlipBelief belief(kConfigured, 0.098, {});
   for (int k = 0; k < 2000; ++k) {
     const double mean = 0.01 * (k % 1000);
-    belief.learnTrack(0.6 + 0.01 * mean, {4.0, 1e-4, 0.0, 0.0, mean, 0.0}, 0.02);
+    belief.learnTrack(0.6 + 0.01 * mean, 0.0, {4.0, 1e-4, 0.0, 0.0, mean, 0.0}, 0.02);
   }
   const auto turn = again({belief.state()}).slip.turn.value();
   EXPECT_EQ(turn.mean, belief.state().turn->mean);

@@ -28,7 +28,7 @@ class SlippingRobot {
       const double left = speed_ / kRadius - half_difference + 0.03 * unit_(random_);
       const double right = speed_ / kRadius + half_difference + 0.03 * unit_(random_);
       const double believed = 2.0 * half_difference, mean = speed_ / kRadius;
-      belief_.learnTrack(yaw_rate + 0.005 * unit_(random_),
+      belief_.learnTrack(yaw_rate + 0.005 * unit_(random_), 0.0,
                          {believed, 2e-4, 0.0, right - left - believed, mean, 0.5 * (left + right) - mean}, kPeriod);
     }
   }
@@ -74,9 +74,33 @@ TEST(SlipBelief, LearnsNothingFromATurnBeyondTheRange) {
   const double asked = kRadius * 5.0 / 0.5621;
   for (const double part : {0.0, 1.0 / 3.0, -1.0, 3.0, 57.3}) {
     SlipBelief belief(kConfigured, kRadius, {});
-    for (int k = 0; k < 500; ++k) belief.learnTrack(part * asked, {5.0, 0.0, 0.0, 0.0, 2.0, 0.0}, kPeriod);
+    for (int k = 0; k < 500; ++k) belief.learnTrack(part * asked, 0.0, {5.0, 0.0, 0.0, 0.0, 2.0, 0.0}, kPeriod);
     EXPECT_EQ(belief.effectiveTrack(), 0.5621) << part;
     EXPECT_EQ(belief.turn().mean()(1), 0.0) << part;
+  }
+}
+
+/// In an arc the lateral acceleration v theta_dot tells slippery ground from a gyro that reads half.
+TEST(SlipBelief, LearnsNoSlipThatTheLateralAccelerationContradicts) {
+  constexpr double v = 1.0, gyro = 0.75;  // m/s; of the yaw rate of the wheels
+  const struct {
+    const char* name;
+    double lateral;  // of v times the yaw rate of the wheels
+    bool learns;
+  } rows[] = {{"slippery ground", gyro, true},
+              {"no accelerometer", 0.0, true},
+              {"banked ground, inclined inwards", gyro - 0.5, true},
+              {"a body that turns twice as fast as the gyro reads", 2.0 * gyro, false}};
+  const double asked = kRadius * 5.0 / 0.5621;
+  for (const auto& row : rows) {
+    SlipBelief belief(kConfigured, kRadius, {});
+    std::mt19937 random(3);
+    std::normal_distribution<double> noise(0.0, 0.3);  // m/s^2
+    for (int k = 0; k < 500; ++k) {
+      const double lateral = row.lateral == 0.0 ? 0.0 : v * row.lateral * asked + noise(random);
+      belief.learnTrack(gyro * asked, lateral, {5.0, 1e-4, 0.0, 0.0, v / kRadius, 0.0}, kPeriod);
+    }
+    EXPECT_NEAR(belief.turn().perDifference(0.5, v), (row.learns ? gyro : 1.0) / 0.5621, 0.03 / 0.5621) << row.name;
   }
 }
 
@@ -86,7 +110,7 @@ TEST(SlipBelief, WithdrawsTheLastTurnsOfAFaultySensor) {
   for (int i = 0; i < 10; ++i) robot.drive(0.5, i % 2 == 0 ? 0.6 : -0.6, 2.0);
   EXPECT_NEAR(belief.effectiveTrack(), 0.65, 0.03);
   const double asked = kRadius * 5.0 / 0.65;
-  for (int k = 0; k < 50; ++k) belief.learnTrack(0.7 * asked, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
+  for (int k = 0; k < 50; ++k) belief.learnTrack(0.7 * asked, 0.0, {5.0, 0.0, 0.0, 0.0, 0.0, 0.0}, kPeriod);
   EXPECT_GT(belief.effectiveTrack(), 0.75);
   belief.withdraw();
   EXPECT_NEAR(belief.effectiveTrack(), 0.65, 0.03);
@@ -103,7 +127,7 @@ double largestTrackError(double of_wheels, double of_body) {
     believed += (2.0 - believed) * part(0.03);
     const double rate = (2.0 - believed) / 0.03;
     yaw_rate += (kRadius * wheels / 0.5621 - yaw_rate) * part(of_body);
-    belief.learnTrack(yaw_rate, {believed, 2e-4, rate, wheels - believed, 0.0, 0.0}, kPeriod);
+    belief.learnTrack(yaw_rate, 0.0, {believed, 2e-4, rate, wheels - believed, 0.0, 0.0}, kPeriod);
     believed += 0.3 * (wheels - believed);
     largest = std::max(largest, std::abs(belief.effectiveTrack() / 0.5621 - 1.0));
   }

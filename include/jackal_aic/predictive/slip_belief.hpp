@@ -11,8 +11,9 @@
 /// body follows its wheels. The variance of the encoders is added.
 ///
 /// Wheels and gyro alone cannot distinguish slippery ground from a gyro with a wrong scale. So the turn stays within
-/// `range` of the configured one, and a yaw rate beyond it is not learned from. The recent part of an excluded channel
-/// is withdrawn.
+/// `range` of the configured one, and a yaw rate beyond it is not learned from; nor one that the lateral acceleration
+/// v theta_dot of an arc contradicts: a body that turns faster than the gyro reads. The recent part of an excluded
+/// channel is withdrawn.
 
 #include <optional>
 
@@ -55,9 +56,10 @@ class SlipBelief {
   /// @param configured values to start from and centre of the range; @param wheel_radius r [m].
   SlipBelief(const SlipState& configured, double wheel_radius, const SlipLearning& learning);
 
-  /// Learns the turn from a yaw rate [rad/s] if n is significant. @param n as believed; its change bounds the error by
-  /// a delay of the yaw; @param step since the last measurement [s].
-  void learnTrack(double yaw_rate, const WheelDifference& n, double step);
+  /// Learns the turn from a yaw rate [rad/s] if n is significant. @param lateral acceleration [m/s^2], 0 if unknown;
+  /// @param n as believed; its change bounds the error by a delay of the yaw; @param step since the last measurement
+  /// [s].
+  void learnTrack(double yaw_rate, double lateral, const WheelDifference& n, double step);
 
   /// The gyro or an encoder is faulty: withdraws what was learned in the last kTrustTime of turning.
   void withdraw();
@@ -95,7 +97,7 @@ class SlipBelief {
   void setState(const SlipState& state);
 
  private:
-  bool agrees(double yaw_rate, double x, double v, double step);
+  bool agrees(double yaw_rate, double lateral, double x, double v, double step);
   bool turns(const WheelDifference& n, double step);
   double uncertainty(const WheelDifference& n) const;
   double changeOf(const WheelDifference& n, double step);
@@ -108,6 +110,7 @@ class SlipBelief {
   TurnModel kept_, recent_;      // turn_ at the last two ends of a kTrustTime; kept_ is the older
   double trusted_ = 0.0;         // time of turning since recent_ [s]
   TurnAgreement agreement_;      // of gyro and wheels
+  TurnAgreement lateral_, arc_;  // of lateral acceleration and v theta_dot of the gyro, both with that of the wheels
   double error_variance_ = 0.0;  // of the believed difference of the wheel speeds, as measured [(rad/s)^2]
   double changed_ = 0.0;         // recent change of n [rad/s]
 };
