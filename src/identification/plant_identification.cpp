@@ -74,29 +74,33 @@ void checkValues(const DriveRecording& recording) {
   for (const auto& y : recording.yaw) checkValue("yaw rate", y.time, y.yaw_rate, kFastestTurn);
 }
 
+/// Median of some values; 0 without any.
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 /// Replaces values that jump away from those before and behind them, and back, by the median of the five around them.
 /// @param value the value of a sample; @param least smallest jump beyond any noise. @returns the number of spikes.
 template <class Sample, class Value>
 std::size_t mendSpikes(std::vector<Sample>& series, double least, const Value& value) {
-  constexpr std::size_t kAround = 5;  // samples of a median
-  constexpr std::size_t kSide = 2;    // of them on either side
+  constexpr std::size_t kSide = 2;    // samples of a median on either side
   constexpr double kUnlikely = 12.0;  // least distance from the local median, in median distances
   constexpr std::size_t kRare = 20;   // samples for each spike; more frequent jumps are no spikes
   if (series.size() <= 2 * kSide) return 0;
   std::vector<Sample> mended = series;
   const auto medianAt = [&](std::size_t i) {
-    std::array<double, kAround> around{};
-    for (std::size_t j = 0; j < around.size(); ++j) around[j] = value(mended[i + j - kSide]);
-    std::nth_element(around.begin(), around.begin() + kSide, around.end());
-    return around[kSide];
+    std::vector<double> around;
+    for (std::size_t j = i - kSide; j <= i + kSide; ++j) around.push_back(value(mended[j]));
+    return medianOf(std::move(around));
   };
   std::vector<double> distances;
   for (std::size_t i = kSide; i + kSide < series.size(); ++i) {
     distances.push_back(std::abs(value(mended[i]) - medianAt(i)));
   }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  const double bound = std::max(least, kUnlikely * *middle);
+  const double bound = std::max(least, kUnlikely * medianOf(std::move(distances)));
   std::size_t spikes = 0;
   for (std::size_t i = kSide; i + kSide < series.size(); ++i) {
     const double median = medianAt(i);  // of the values before, without their spikes
@@ -279,11 +283,9 @@ std::vector<Stretch> stretchesOf(const DriveRecording& recording, std::vector<st
 }
 
 /// Mean of the intervals that are about as long as the median one; 0 without any. [s]
-double usualInterval(std::vector<double> intervals) {
+double usualInterval(const std::vector<double>& intervals) {
   if (intervals.empty()) return 0.0;
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  const double median = *middle;
+  const double median = medianOf(intervals);
   double sum = 0.0, count = 0.0;
   for (const double interval : intervals) {
     if (interval < 0.5 * median || interval > 1.5 * median) continue;
@@ -300,7 +302,7 @@ double samplePeriod(const std::vector<Sample>& series) {
   for (std::size_t i = 1; i < series.size(); ++i) {
     if (series[i].time > series[i - 1].time) intervals.push_back(series[i].time - series[i - 1].time);
   }
-  return usualInterval(std::move(intervals));
+  return usualInterval(intervals);
 }
 
 /// Rate of fresh wheel speeds: a driver that reads its motors less often than it publishes repeats them.
@@ -334,7 +336,7 @@ Sampling samplingOf(const std::vector<WheelSample>& wheels) {
     last = large ? wheels[i].time : -HUGE_VAL;
   }
   const double period = samplePeriod(wheels);
-  return {period, intervals.size() < kLeast ? period : usualInterval(std::move(intervals))};
+  return {period, intervals.size() < kLeast ? period : usualInterval(intervals)};
 }
 
 /// Sample rate of a controller, rounded so that a certificate finds a common period with the action [Hz].
@@ -488,11 +490,8 @@ double cutUnexplained(WheelFit& fit, const Theta& theta) {
   std::vector<double> rms;
   for (const Block& block : blocks) rms.push_back(block.rms());
   if (rms.empty()) return 0.0;
-  std::vector<double> sorted = rms;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
   const double deviation = std::sqrt(totalSquares(fit) / std::max(1.0, static_cast<double>(fit.size())));
-  const double largest = std::max(kUnexplained * deviation, kUnusual * *middle);
+  const double largest = std::max(kUnexplained * deviation, kUnusual * medianOf(rms));
   double cut = 0.0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const std::size_t first = i > 0 ? i - 1 : 0, last = std::min(i + 1, blocks.size() - 1);
@@ -763,19 +762,17 @@ Estimate effectiveTrack(const DriveRecording& recording, double rolling_radius, 
     track.unknown = "the yaw rate does not follow the wheels (robot on blocks?)";
   } else {
     const double slope = sxy / sxx;  // 1/b
-    double meat = 0.0, score = 0.0, blocks = 0.0, squares = 0.0, block_end = -HUGE_VAL;
-    for (const Pair& pair : pairs) {
-      if (pair.time >= block_end) {
-        meat += score * score;
-        score = 0.0;
-        blocks += 1.0;
-        block_end = pair.time + kBlock;
+    double meat = 0.0, blocks = 0.0, squares = 0.0;
+    forEachBlock(pairs, [&](std::size_t begin, std::size_t end) {
+      double score = 0.0;
+      for (std::size_t i = begin; i < end; ++i) {
+        const double residual = pairs[i].y - slope * pairs[i].x;
+        score += pairs[i].x * residual;
+        squares += residual * residual;
       }
-      const double residual = pair.y - slope * pair.x;
-      score += pair.x * residual;
-      squares += residual * residual;
-    }
-    meat += score * score;
+      meat += score * score;
+      blocks += 1.0;
+    });
     const double freedom = std::max(1.0, blocks - 1.0);
     const double white = squares / static_cast<double>(pairs.size() - 1) / sxx;
     const double of_bias = bias.variance * sx * sx / (sxx * sxx);

@@ -13,10 +13,6 @@ namespace {
 /// Below this command the offset decreases to zero with the command [rad/s].
 constexpr double kSmallCommand = 0.3;
 
-/// Multiple of the residual's variance by which a parameter has to reduce the sum of squares: chance does so once in
-/// 600.
-constexpr double kSignificant = 10.0;
-
 /// Steps by which derivatives are taken: wide enough to bridge the kinks where a command switches between two samples.
 const Theta kDifference = (Theta() << 0.002, 0.002, 0.005, 0.05, 0.02).finished();
 
@@ -100,42 +96,21 @@ double refine(const WheelFit& fit, Theta& theta, int parameters) {
   return least;
 }
 
-/// Variance inflation of correlated residuals: variance of their sums over blocks of time / that of independent ones,
-/// at least 1.
-double persistence(const WheelFit& fit, const Eigen::VectorXd& r) {
-  double squares = 0.0, block_end = -HUGE_VAL;
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (std::size_t k = 0; k < fit.wheels.size(); ++k) {
-    if (fit.wheels[k].time >= block_end) {
-      squares += sum.squaredNorm();
-      sum.setZero();
-      block_end = fit.wheels[k].time + kBlock;
-    }
-    sum += r.segment<2>(static_cast<Eigen::Index>(2 * k));
-  }
-  squares += sum.squaredNorm();
-  return std::max(1.0, squares / std::max(r.squaredNorm(), 1e-12));
+/// Residuals of a block, left and right of each sample in turn.
+Eigen::VectorXd ofBlock(const Eigen::VectorXd& residuals, std::size_t begin, std::size_t end) {
+  return residuals.segment(static_cast<Eigen::Index>(2 * begin), static_cast<Eigen::Index>(2 * (end - begin)));
 }
 
 /// Significance, in standard deviations, with which one fit explains the blocks of time better than another (Vuong
 /// 1989).
 double advantage(const WheelFit& fit, const Theta& one, const Theta& other) {
   const Eigen::VectorXd a = fit.residuals(one), b = fit.residuals(other);
-  double sum = 0.0, squares = 0.0, block = 0.0, block_end = -HUGE_VAL;
-  const auto close = [&] {
+  double sum = 0.0, squares = 0.0;
+  forEachBlock(fit.wheels, [&](std::size_t begin, std::size_t end) {
+    const double block = ofBlock(b, begin, end).squaredNorm() - ofBlock(a, begin, end).squaredNorm();
     sum += block;
     squares += block * block;
-    block = 0.0;
-  };
-  for (std::size_t k = 0; k < fit.wheels.size(); ++k) {
-    if (fit.wheels[k].time >= block_end) {
-      close();
-      block_end = fit.wheels[k].time + kBlock;
-    }
-    const auto row = static_cast<Eigen::Index>(2 * k);
-    block += b.segment<2>(row).squaredNorm() - a.segment<2>(row).squaredNorm();
-  }
-  close();
+  });
   return sum / std::max(std::sqrt(squares), 1e-300);
 }
 
@@ -166,29 +141,16 @@ FitResult intervals(const WheelFit& fit, const Theta& theta, int parameters) {
   const Eigen::MatrixXd bread = (S.transpose() * S).inverse();
   Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(count, count);
   const Eigen::MatrixXd influence = S * bread;
-  Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
-  // For each parameter: information of a block, and the sums of it and of its square over the blocks.
-  Eigen::ArrayXd information = Eigen::ArrayXd::Zero(count), information_sum = information,
-                 information_squares = information;
-  double block_end = -HUGE_VAL;
-  const auto close = [&] {
+  // Of each parameter: sums of the information of the blocks, and of its square.
+  Eigen::ArrayXd information_sum = Eigen::ArrayXd::Zero(count), information_squares = information_sum;
+  forEachBlock(fit.wheels, [&](std::size_t begin, std::size_t end) {
+    const auto first = static_cast<Eigen::Index>(2 * begin), rows = static_cast<Eigen::Index>(2 * (end - begin));
+    const Eigen::VectorXd score = S.middleRows(first, rows).transpose() * r.segment(first, rows);
+    const Eigen::ArrayXd information = influence.middleRows(first, rows).colwise().squaredNorm();
     meat += score * score.transpose();
     information_sum += information;
     information_squares += information.square();
-    score.setZero();
-    information.setZero();
-  };
-  for (std::size_t k = 0; k < fit.wheels.size(); ++k) {
-    if (fit.wheels[k].time >= block_end) {
-      close();
-      block_end = fit.wheels[k].time + kBlock;
-    }
-    for (auto row = static_cast<Eigen::Index>(2 * k); row < static_cast<Eigen::Index>(2 * k + 2); ++row) {
-      score += S.row(row).transpose() * r(row);
-      information += influence.row(row).transpose().array().square();
-    }
-  }
-  close();
+  });
   // Blocks of few scores may look quieter than white noise of the same size: the larger variance counts.
   const double white = r.squaredNorm() / std::max(1.0, static_cast<double>(fit.size()) - static_cast<double>(count));
   const Eigen::MatrixXd robust = bread * meat * bread;
@@ -258,9 +220,7 @@ Theta searchLeastSquares(const WheelFit& fit, double gain, bool fit_offset) {
   // A limit that the wheels never reached can still fit some noise, so it has to explain more than chance.
   Theta unlimited = best.second;
   const double without = refineUnlimited(fit, unlimited, parameters);
-  const double share = kSignificant * persistence(fit, fit.residuals(unlimited)) / static_cast<double>(fit.size());
-  const bool chance = without <= best.first * (1.0 + share) || advantage(fit, best.second, unlimited) <= kLikely;
-  return chance ? unlimited : best.second;
+  return without <= best.first || advantage(fit, best.second, unlimited) <= kLikely ? unlimited : best.second;
 }
 
 double studentQuantile(double degrees_of_freedom) {

@@ -78,4 +78,13 @@ double studentQuantile(double degrees_of_freedom);
 /// Length of the blocks over which residuals are taken to depend on each other [s].
 constexpr double kBlock = 1.0;
 
+/// Calls block(begin, end) with the indices of each block of a series of samples in order of time.
+template <class Series, class Block>
+void forEachBlock(const Series& series, const Block& block) {
+  for (std::size_t begin = 0, end = 0; begin < series.size(); begin = end) {
+    while (end < series.size() && series[end].time < series[begin].time + kBlock) ++end;
+    block(begin, end);
+  }
+}
+
 }  // namespace jackal_aic::identification
