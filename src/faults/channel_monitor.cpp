@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/thresholds.hpp"
+
 namespace jackal_aic {
 
 double chebyshevBound(int channels, double false_alarm_rate) { return std::sqrt(channels / false_alarm_rate); }
@@ -50,14 +52,13 @@ void SampleHold::update(double value, double least, double step) {
 }
 
 bool MissedMotion::update(double value, bool repeats, double low, double high, double least, double step, double hold) {
-  constexpr double kMemory = 5.0;     // s; what takes longer may be a slow change of the drive train
-  constexpr double kLongest = 0.25;   // s, longest patience
-  constexpr double kSettled = 3.0;    // times that a source is waited for, in which one that lives shows a change
-  constexpr double kRounding = 1e-6;  // s
+  constexpr double kMemory = 5.0;    // s; what takes longer may be a slow change of the drive train
+  constexpr double kLongest = 0.25;  // s, longest patience
+  constexpr double kSettled = 3.0;   // times that a source is waited for, in which one that lives shows a change
   unchanged_ += step;
   if (!repeats) {
     patience_ = std::min(std::max(patience_, 2.0 * missed_), kLongest);
-    if (unchanged_ < patience_ + kRounding) quick_changes_ = std::min(quick_changes_ + 1, kFewChanges);
+    if (unchanged_ < patience_ + thresholds::kRounding) quick_changes_ = std::min(quick_changes_ + 1, kFewChanges);
     unchanged_ = missed_ = 0.0;
     low_ = low;
     high_ = high;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "jackal_aic/model/square.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -33,11 +34,6 @@ constexpr double kEvidenceMemory = 0.05;
 
 /// Time of known commands before the first sample from which the state of the drive train is known [s].
 constexpr double kCommandsKnown = 0.25;
-
-constexpr double kOffModel = 0.3;  // s, of wheels or a turn beyond their model, until that is reported
-constexpr double kTurns = 0.2;     // rad/s, asked for by the wheels of a robot that turns
-
-constexpr double kRounding = 1e-6;  // of a step
 
 constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
 
@@ -122,7 +118,7 @@ void FaultMonitor::advance(const std::optional<WheelCommand>& known, double dura
   if (!started_) known_ = known ? known_ + duration : 0.0;
   const WheelCommand applied = known.value_or(followed_command_);
   left_over_ += duration / DriveTrain::kStep;
-  for (; left_over_ > 1.0 - kRounding; left_over_ -= 1.0) predict(applied);
+  for (; left_over_ > 1.0 - thresholds::kRounding; left_over_ -= 1.0) predict(applied);
 }
 
 /// Lets a step pass in which a command is applied.
@@ -222,17 +218,19 @@ void FaultMonitor::compareWithModel(const Observation& y, double step) {
   };
   const bool left_off = beyond(y.valid.wheel_left, y.wheel_left, left_);
   const bool right_off = beyond(y.valid.wheel_right, y.wheel_right, right_);
-  off_model_ = left_off || right_off ? std::min(off_model_ + step, 2.0 * kOffModel) : std::max(off_model_ - step, 0.0);
+  off_model_ = left_off || right_off ? std::min(off_model_ + step, 2.0 * thresholds::kPatience)
+                                     : std::max(off_model_ - step, 0.0);
   const bool wheels_were_off = report_.wheels_off_model;
-  report_.wheels_off_model = off_model_ > (wheels_were_off ? 0.0 : kOffModel);
+  report_.wheels_off_model = off_model_ > (wheels_were_off ? 0.0 : thresholds::kPatience);
   if (report_.wheels_off_model && !wheels_were_off) report_.wheel_share = off_measured_ / off_expected_;
   if (model_.on_box || !y.valid.yaw_rate || !y.valid.wheel_left || !y.valid.wheel_right) return;
   const double asked = rolling_radius_ * (y.wheel_right - y.wheel_left) / geometryOf(model_, geometry_).effective_track;
   turn_.update(y.yaw_rate, asked, step);
   const double range = geometry_.track_range;
   const bool turn_was_off = report_.turn_off_model;
-  report_.turn_off_model =
-      turn_.turned() > kOffModel && (turn_.value() < 1.0 / range || turn_.value() > range) && std::abs(asked) > kTurns;
+  report_.turn_off_model = turn_.turned() > thresholds::kPatience &&
+                           (turn_.value() < 1.0 / range || turn_.value() > range) &&
+                           std::abs(asked) > TurnAgreement::kLeastTurn;
   if (report_.turn_off_model && !turn_was_off) report_.turn_share = turn_.value();
 }
 
@@ -263,7 +261,7 @@ bool FaultMonitor::concludeMoved() {
 }
 
 bool FaultMonitor::wheelsTurn() const {
-  return std::max(std::abs(left_.speed()), std::abs(right_.speed())) > WheelMonitor::kRestSpeed;
+  return std::max(std::abs(left_.speed()), std::abs(right_.speed())) > thresholds::kMoving;
 }
 
 bool FaultMonitor::yawTells(const Observation& observation) const {

@@ -23,7 +23,7 @@ double commanded(const CommandedWheel& wheel, const CommandedWheel& other) {
 
 double TurnWitness::error(double yaw_rate, double left, double right) const {
   const double turn = slope_ * (right - left);
-  const double beside = kUnlikeTyres * slope_ * std::abs(0.5 * (left + right)) + late_;
+  const double beside = kVeer * slope_ * std::abs(0.5 * (left + right)) + late_;
   const Range possible{std::min(turn * range_, turn / range_) - beside,
                        std::max(turn * range_, turn / range_) + beside};
   return possible.outside(yaw_rate);

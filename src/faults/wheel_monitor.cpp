@@ -31,30 +31,23 @@ constexpr double kDrift = 0.01;
 /// Largest step of an encoder [rad/s]; a larger change is motion.
 constexpr double kCoarsestStep = 0.2;
 
-/// Bound of the timing error, in standard deviations of the dead time.
-constexpr double kTimingBound = 3.0;
-
 /// Least mean acceleration between two renewals of a held encoder value for a wheel that follows its command [rad/s^2].
 /// A heavy robot on sticky ground may not reach more.
 constexpr double kSlowestRamp = 2.0;
 
-/// A wheel returns to its prediction if it gains this share of its largest error, and more than this many deviations of
-/// the noise, within this time [s].
+/// A wheel returns to its prediction if it gains this share of its largest error, and more than its noise, within this
+/// time [s].
 constexpr double kLeastReturn = 0.05;
-constexpr double kNoise = 3.0;
 constexpr double kReturnTime = 0.1;
 
 /// Change of an encoder beyond its noise: steps of its resolution, and at least so much [rad/s].
 constexpr double kHeldSteps = 3.0;
 constexpr double kHeldMotion = 0.1;
 
-/// Age of an empty interval, and tolerance of ages [s].
+/// Age of an empty interval [s].
 constexpr double kUnknownAge = 1e3;
-constexpr double kTolerance = 1e-6;
 
-/// Averaging time of the model error [s], its bound in standard deviations, and the error that every model has [rad/s].
-constexpr double kMisfitMemory = 10.0;
-constexpr double kMisfit = 3.0;
+/// Error that every model has [rad/s].
 constexpr double kAnyMisfit = 0.3;
 
 /// ln of the odds of repetitions from which an encoder is frozen: faults begin once in a day of driving, with one of
@@ -68,7 +61,6 @@ constexpr double kDoubtful = 5.0;
 /// [s]. The offset of a wheel at rest: a motor with 0.8 of its gain and a deadband of 0.5 rad/s starts at 1.25 rad/s.
 constexpr double kBehind = 2.0;
 constexpr double kAnyBehind = 1.5;
-constexpr double kStands = 0.2;
 constexpr double kAnyBehindAtRest = 1.25;
 constexpr double kBehindTime = 0.5;
 
@@ -79,7 +71,7 @@ std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(tim
 
 /// Lead of the early prediction: the commands within the dead time are known.
 double lead(const FaultParameters& p, const PlantModel& model) {
-  return std::min(kTimingBound * p.dead_time_deviation, model.dead_time);
+  return std::min(thresholds::kSure * p.dead_time_deviation, model.dead_time);
 }
 
 /// Range of an identified drive train. A lag above that of motors approximates a ramp, or ground that holds a heavy
@@ -87,7 +79,7 @@ double lead(const FaultParameters& p, const PlantModel& model) {
 DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& model) {
   constexpr double kLagOfMotors = 0.1;  // s
   const double beyond = std::max(0.0, model.lag - kLagOfMotors);
-  const double timing = kTimingBound * p.dead_time_deviation + 0.5 * beyond;
+  const double timing = thresholds::kSure * p.dead_time_deviation + 0.5 * beyond;
   return {timing, timing, model.lag - 0.5 * beyond, model.lag + beyond, p.slowest_acceleration, p.fastest_acceleration};
 }
 
@@ -110,12 +102,6 @@ DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& mode
 constexpr double kAssumedGain = 0.25;
 constexpr double kAssumedOffset = 0.5;
 
-/// The same of an identified model, in standard deviations of the gain.
-constexpr double kGain = 3.0;
-
-/// Widest envelope with which the noise is learned, in standard deviations of the error.
-constexpr double kNarrow = 3.0;
-
 WheelBeliefParameters beliefParameters(const FaultParameters& p) {
   WheelBeliefParameters belief;
   belief.measurement_variance = p.wheel_variance;
@@ -127,7 +113,7 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
-                   RecentValues(steps(kTimingBound * parameters.dead_time_deviation)),
+                   RecentValues(steps(thresholds::kSure * parameters.dead_time_deviation)),
                    RecentValues(steps(lead(parameters, model)))) {}
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
@@ -175,7 +161,7 @@ void WheelMonitor::follow(double speed) {
 
 /// Steady-state model error at a speed.
 double WheelMonitor::steadyMisfit(double speed) const {
-  return identified_ ? kGain * parameters_.gain_deviation * std::abs(speed)
+  return identified_ ? thresholds::kSure * parameters_.gain_deviation * std::abs(speed)
                      : kAssumedGain * std::abs(speed) + kAssumedOffset;
 }
 
@@ -235,7 +221,7 @@ void WheelMonitor::holdIntervals(double step) {
   held_ = {possible(), {reachable_.low(), reachable_.high()}, clock_};
   intervals_[newest_] = held_;
   if (hold_.longest() == 0.0) return;
-  const double earliest = clock_ - hold_.longest() - kTolerance;
+  const double earliest = clock_ - hold_.longest() - thresholds::kRounding;
   for (std::size_t i = 1; i < intervals_.size(); ++i) {
     const Intervals& old = intervals_[(newest_ + intervals_.size() - i) % intervals_.size()];
     if (old.time < earliest) break;
@@ -254,7 +240,7 @@ faults::Normal WheelMonitor::turns(bool measured) const {
   const double variance = parameters_.wheel_variance + resolutionVariance(), deviation = std::sqrt(variance);
   const auto beyond = [](double error, double most) { return error - std::clamp(error, -most, most); };
   const double off = beyond(measured_ - belief_.speed(), deviation), held = hold_.held() > 0.0 ? off : 0.0;
-  const double doubt = kDoubtful * beyond(error_, kNoise * deviation);
+  const double doubt = kDoubtful * beyond(error_, thresholds::kSure * deviation);
   return {belief_.speed() + off, variance + square(held) + square(doubt)};
 }
 
@@ -315,13 +301,13 @@ double WheelMonitor::speedAskedFor() const { return led_away_ ? slowest() : spee
 bool WheelMonitor::isBehind(double measurement) const {
   const double least = slowest();
   const double followed = least > 0.0 ? measurement : -measurement;
-  const double any = std::abs(measurement) < kStands ? kAnyBehindAtRest : kAnyBehind;
+  const double any = std::abs(measurement) < thresholds::kRest ? kAnyBehindAtRest : kAnyBehind;
   return std::abs(least) > kBehind * std::max(0.0, followed) + any;
 }
 
 /// The wheel leads its prediction towards the commanded speed: its motor is stronger or faster than its model.
 bool WheelMonitor::isAhead(double measurement) const {
-  if (!suspect_ || frozen_ || std::abs(measurement) < kRestSpeed) return false;
+  if (!suspect_ || frozen_ || std::abs(measurement) < thresholds::kMoving) return false;
   const double commanded = reachable_.commanded();
   return error_ > 0.0 ? measurement <= commanded : measurement >= commanded;
 }
@@ -336,7 +322,7 @@ bool WheelMonitor::comesBack(double measurement, double step) {
     return false;
   }
   const double off = std::abs(error_), before = std::exchange(farthest_, std::max(farthest_, off));
-  const double noise = kNoise * std::sqrt(learned_.factor() * parameters_.wheel_variance);
+  const double noise = thresholds::kSure * std::sqrt(learned_.factor() * parameters_.wheel_variance);
   const double least = std::max(kLeastReturn * farthest_, noise);
   if (farthest_ > before || farthest_ == 0.0) {
     mark_ = measurement;
@@ -352,7 +338,7 @@ bool WheelMonitor::comesBack(double measurement, double step) {
 
 bool WheelMonitor::isFrozen(double measurement, double step) {
   // Repetitions of a wheel at rest carry no information.
-  const bool may_rest = std::abs(measurement) < kRestSpeed;
+  const bool may_rest = std::abs(measurement) < thresholds::kMoving;
   // While the speed changes, alternating changes are motion and not noise.
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
@@ -381,11 +367,11 @@ double WheelMonitor::leastMissed(double measurement) const {
   // Before the resolution is known, assume the coarsest.
   const double quantum = quantum_ > 0.0 ? quantum_ : kCoarsestStep;
   return std::max({kMissedSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
-         kMisfit * std::sqrt(misfit_);
+         thresholds::kSure * std::sqrt(misfit_);
 }
 
 bool WheelMonitor::commandedToRest() const {
-  return std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < kRestSpeed;
+  return std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < thresholds::kMoving;
 }
 
 void WheelMonitor::freezeWithTheOther() {
@@ -410,7 +396,7 @@ void WheelMonitor::forgive() {
 
 void WheelMonitor::conclude(double measurement, const SampleStep& step) {
   // A held value is one measurement, however often it is published.
-  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > kRestSpeed, step.time);
+  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > thresholds::kMoving, step.time);
   if (frozen_) persistence_.declareFaulty();
   last_speed_ = belief_.speed();
   if (state() != ChannelState::ok) return;
@@ -418,21 +404,21 @@ void WheelMonitor::conclude(double measurement, const SampleStep& step) {
   learnMisfit(measurement, variance, step.time);
   const double width = held_.possible.high - held_.possible.low;
   const double deviation = std::sqrt(learned_.factor() * variance);
-  if (width < kNarrow * deviation) learned_.learn(measurement - belief_.speed(), variance, step.share);
+  if (width < thresholds::kSure * deviation) learned_.learn(measurement - belief_.speed(), variance, step.share);
   // A wide interval of possible speeds makes the measurement less informative about the drive train.
   belief_.correct(measurement, width * width);
   last_speed_ = belief_.speed();
 }
 
-double WheelMonitor::usualMisfit() const { return std::max(0.0, kMisfit * std::sqrt(misfit_) - kAnyMisfit); }
+double WheelMonitor::usualMisfit() const { return std::max(0.0, thresholds::kSure * std::sqrt(misfit_) - kAnyMisfit); }
 
 /// Mean square distance of a moving wheel from the reachable interval, without noise. A wheel at rest is not used.
 void WheelMonitor::learnMisfit(double measurement, double variance, double step) {
-  if (std::abs(measurement) < kRestSpeed) return;
+  if (std::abs(measurement) < thresholds::kMoving) return;
   const auto [low, high] = held_.reachable;
-  const double noise = kNoise * std::sqrt(variance);
+  const double noise = thresholds::kSure * std::sqrt(variance);
   const double misfit = measurement - std::clamp(measurement, low - noise, high + noise);
-  average(misfit_, misfit * misfit, step, kMisfitMemory);
+  average(misfit_, misfit * misfit, step, thresholds::kSensorMemory);
 }
 
 }  // namespace jackal_aic

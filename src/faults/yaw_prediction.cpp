@@ -42,12 +42,12 @@ void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double ste
   P_ = 0.5 * (P_ + P_.transpose().eval());
   theta_(0) = std::clamp(theta_(0), given_slope_ / kSlopeRange, given_slope_ * kSlopeRange);
   theta_(1) = std::clamp(theta_(1), -parameters_.largest_bias, parameters_.largest_bias);
-  theta_(2) = std::clamp(theta_(2), -kMostUnlikeTyres * given_slope_, kMostUnlikeTyres * given_slope_);
+  theta_(2) = std::clamp(theta_(2), -kVeer * given_slope_, kVeer * given_slope_);
   if (ground) {
     const double gain = weight * e_.variance / S;
     e_.mean += gain * error;
     e_.variance *= 1.0 - gain;
-    const double share = -std::expm1(-step / kGroundLearned);
+    const double share = -std::expm1(-step / thresholds::kSensorMemory);
     ground_ += healthy * share * (std::min(square(e_.mean), kLargestRatio * ground_) - ground_);
     ground_ = std::max(ground_, square(kGroundDeviation));
   }

@@ -40,7 +40,6 @@ class TurnWitness {
   static constexpr double kAlikeSpeed = 0.1;    ///< and in addition [rad/s]
   static constexpr double kMoving = 0.3;        ///< of a wheel that shows how far the motors are on their way [rad/s]
   static constexpr double kLate = 0.1;          ///< by which gyro and encoders may differ in time [s]
-  static constexpr double kUnlikeTyres = 0.03;  ///< part of the forward speed by which unlike tyres turn the robot
 
   /// @param rolling_radius r alpha [m]; @param track b_hat [m]; @param range f.
   TurnWitness(double rolling_radius, double track, double range) : slope_(rolling_radius / track), range_(range) {}

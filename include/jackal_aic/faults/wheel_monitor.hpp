@@ -29,9 +29,6 @@ struct WheelRates {
 /// Prediction, comparison and verdict for one encoder. Allocates when it is made, and not after.
 class WheelMonitor {
  public:
-  /// Below this speed a wheel may be at rest, and its samples carry no information about a fault [rad/s].
-  static constexpr double kRestSpeed = 0.5;
-
   /// Commanded speed up to which stiction, play and the motor's steady-state error may hold a wheel at rest [rad/s].
   static constexpr double kStiction = 0.8;
 

@@ -15,6 +15,7 @@
 #include "jackal_aic/faults/density.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/jitter.hpp"
+#include "jackal_aic/model/robot_range.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic::faults {
@@ -58,15 +59,13 @@ class YawPrediction {
   double noise() const { return noise_.variance(); }  ///< of the gyro [(rad/s)^2]
 
  private:
-  static constexpr double kLargestSlip = 0.3;   // standard deviation of s, relative
-  static constexpr double kSlipDrift = 0.05;    // of s after a second of the same motion, relative
-  static constexpr double kMotionScale = 0.5;   // change of a speed after which s has another slip_deviation [m/s]
-  static constexpr double kBiasDrift = 1e-3;    // of beta after a second [rad/s]
-  static constexpr double kUnlikeTyres = 0.01;  // of c, in multiples of s
-  static constexpr double kMostUnlikeTyres = 0.03;
+  static constexpr double kLargestSlip = 0.3;       // standard deviation of s, relative
+  static constexpr double kSlipDrift = 0.05;        // of s after a second of the same motion, relative
+  static constexpr double kMotionScale = 0.5;       // change of a speed after which s has another slip_deviation [m/s]
+  static constexpr double kBiasDrift = 1e-3;        // of beta after a second [rad/s]
+  static constexpr double kUnlikeTyres = 0.01;      // of c, in multiples of s
   static constexpr double kSlopeRange = 2.0;        // factor about the given s
   static constexpr double kGroundDeviation = 0.01;  // of e, at least [rad/s]
-  static constexpr double kGroundLearned = 10.0;    // time over which it is learned how large e is [s]
   static constexpr double kTiny = 1e-12;
   static constexpr double kGrip = 0.1;  // change of v that makes s uncertain by slip_deviation at once [m/s]
 
