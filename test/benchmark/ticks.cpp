@@ -1,12 +1,11 @@
 // Times the steps of the controllers and of the fault monitor as they run on a robot that drives an arc, with the gains
-// of config/ on the simulated ground. A step can also be repeated alone, for a tool that counts its instructions.
+// of config/ on the simulated ground.
 
 #include <benchmark/benchmark.h>
 
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -25,10 +24,8 @@ namespace {
 
 constexpr const char* kHelp =
     "Usage: tick_benchmark [OPTION of Google Benchmark ...]\n"
-    "       tick_benchmark --compiler | --list | --repeat TICK COUNT\n"
     "Times the steps of the controllers and of the fault monitor. Options of use: --benchmark_filter=REGEX,\n"
-    "--benchmark_min_time=S, --benchmark_repetitions=N, --benchmark_format=console|json, --benchmark_out=FILE.\n"
-    "--repeat runs one step COUNT times in a function named repeated(), for callgrind --toggle-collect='*repeated*'.\n";
+    "--benchmark_min_time=S, --benchmark_repetitions=N, --benchmark_format=console|json, --benchmark_out=FILE.\n";
 
 constexpr SetPoint kArc{0.5, 0.0, 0.2};  // m/s, rad/s
 constexpr double kSamplePeriod = 0.02;   // s
@@ -127,30 +124,9 @@ const std::vector<std::pair<std::string, std::function<Tick()>>>& ticks() {
   return list;
 }
 
-__attribute__((noinline)) void repeated(const Tick& tick, long count) {
-  for (long i = 0; i < count; ++i) tick();
-}
-
-int repeat(const std::string& name, long count) {
-  for (const auto& [known, make] : ticks()) {
-    if (known != name) continue;
-    repeated(make(), count);
-    return 0;
-  }
-  std::fprintf(stderr, "tick_benchmark: tick = %s: unknown (see --list)\n", name.c_str());
-  return 2;
-}
-
 int run(int argc, char** argv) {
-  const std::vector<std::string> words(argv + 1, argv + argc);
-  const std::string first = words.empty() ? "" : words[0];
+  const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--help" || first == "-h") return std::fputs(kHelp, stdout) < 0;
-  if (first == "--compiler") return std::printf("%s\n", JACKAL_AIC_COMPILER) < 0;
-  if (first == "--list") {
-    for (const auto& tick : ticks()) std::printf("%s\n", tick.first.c_str());
-    return 0;
-  }
-  if (first == "--repeat" && words.size() == 3) return repeat(words[1], std::atol(words[2].c_str()));
   for (const auto& [name, make] : ticks()) {
     benchmark::RegisterBenchmark(name.c_str(), [make = make](benchmark::State& state) {
       const Tick tick = make();
