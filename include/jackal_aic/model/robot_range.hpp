@@ -13,8 +13,8 @@ namespace jackal_aic {
 /// it and kSpeedRange a motion stays within 1.5 times its set point.
 inline constexpr double kGainRange = 1.4;
 
-/// Additional difference of speed [rad/s], 3.5 cm/s of a Jackal. A motor that turns slower by 0.5 rad/s
-/// (clearpath_robot#280) is within both from 3 cm/s on.
+/// Additional difference of speed [rad/s], 3 cm/s of a Jackal. A motor that turns slower by 0.5 rad/s
+/// (clearpath_robot#280) is within both from 5 cm/s on.
 inline constexpr double kSpeedRange = 0.3;
 
 /// Usual relative difference of the tyres' radii, and so of the speeds of both sides on a straight line.
