@@ -8,7 +8,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kTimingTimeConstant = 0.035;  // s; for motors of a Jackal's size, stiff to soft
-constexpr double kTurningTimeConstant = 0.2;   // s; in which a soft velocity loop compensates the ground's torque
+constexpr double kTurningTimeConstant = 0.1;   // s; in which a soft velocity loop compensates the ground's torque
 constexpr double kLimitDeviation = 0.6;        // of the motors' acceleration limit; half of it is usual
 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
