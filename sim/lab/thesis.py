@@ -182,11 +182,12 @@ def plant_limit(plant, motion, label):
     half = 0.5 * (values['plant_model']['effective_track'] or values['geometry']['effective_track'])
     time = numpy.arange(int(round(motion.duration / motions.TICK))) * motions.TICK
     wanted = numpy.array([motion.at(t) for t in time.tolist()])
-    sides, now = numpy.zeros_like(wanted), numpy.zeros(2)
+    sides, left, right = numpy.zeros_like(wanted), 0.0, 0.0
     for i, t in enumerate(time.tolist()):
         forward, yaw_rate = motion.at(t - delay)
-        now = now + numpy.clip(numpy.array([forward - half * yaw_rate, forward + half * yaw_rate]) - now, -largest, largest)
-        sides[i] = now
+        left += max(-largest, min(largest, forward - half * yaw_rate - left))
+        right += max(-largest, min(largest, forward + half * yaw_rate - right))
+        sides[i] = left, right
     drive = computed('diff_drive', time, wanted[:, 0], sides.mean(axis=1))
     drive.set_yaw_rate, drive.yaw_rate = wanted[:, 1], (sides[:, 1] - sides[:, 0]) / (2.0 * half)
     row = {'controller': 'plant_limit', 'plant': plant, 'label': label, **engine.step_columns(motion),

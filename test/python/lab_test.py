@@ -5,6 +5,7 @@ import csv
 import functools
 import math
 import pathlib
+import sys
 import tempfile
 import unittest
 
@@ -20,11 +21,14 @@ import rosunit
 import state_space
 import thesis
 
+sys.path.insert(0, str(SOURCE / 'test/sim/report'))
+from report_test import Report, results  # noqa: E402, F401: the sentences of the report are tests of the same runs
+
+
 @functools.lru_cache(maxsize=None)
-def rows(name, *controllers):
-    """Rows of an experiment, by fewer controllers."""
-    node = thesis.experiment(name)
-    return thesis.rows(dict(node, controllers=list(controllers)) if controllers else node)
+def rows(name):
+    """Rows of an experiment."""
+    return [{column: run[column] for column in run.row} for run in results().runs[name]]
 
 
 def only(found, **wanted):
@@ -161,18 +165,18 @@ class Golden(unittest.TestCase):
 @functools.lru_cache(maxsize=None)
 def compared(name):
     """Rows of a table of the thesis with ours, by (row, column): settling, rise, integrator."""
-    items = calibrate.compared([name])
-    found = engine.parallel(single_step, items)
-    return {(row['row'], row.get('column', '')): dict(ours, thesis=row, integrator=integrator)
-            for (row, integrator), ours in zip(items, found)}
-
-
-def single_step(item):
-    return thesis.thesis_step(*item)[0]
+    found = iter(rows('table_' + name))
+    chosen = {}
+    for row in thesis.steps(name):
+        for integrator in thesis.INTEGRATORS if row['controller'] != 'diff_drive' else ('exact',):
+            ours = next(found)
+            if integrator == thesis.comparable_integrator(row):
+                chosen[row['row'], row.get('column', '')] = dict(ours, thesis=row, integrator=integrator)
+    return chosen
 
 
 class Trends(unittest.TestCase):
-    """The tables of the thesis on the calibrated plants with their noise; its statements are in the report's test."""
+    """The tables of the thesis on the calibrated plants with their noise; its statements are in Report."""
 
     def error(self, *names):
         single = [error for name in names for row in compared(name).values()
@@ -207,7 +211,7 @@ class Trends(unittest.TestCase):
 class Predictive(unittest.TestCase):
 
     def test_is_as_fast_as_open_loop_and_exact(self):
-        found, bars = rows('predictive_steps', 'predictive', 'diff_drive', 'improved'), engine.bars()['predictive_steps']
+        found, bars = rows('predictive_steps'), engine.bars()['predictive_steps']
         chosen = only(found, controller='predictive')
         self.assertEqual(len(chosen), 8)
         for row in chosen:
@@ -219,14 +223,15 @@ class Predictive(unittest.TestCase):
         self.assertLessEqual(half['settling_s'], bars['settling_over_improved'] * same(found, half, 'improved')['settling_s'])
 
     def test_stays_exact_and_quick_on_a_robot_that_is_not_its_model(self):
-        found, bars = rows('predictive_perturbations', 'predictive'), engine.bars()['predictive_perturbations']
+        found, bars = only(rows('predictive_perturbations'), controller='predictive'), engine.bars()['predictive_perturbations']
         self.assertEqual(len(found), 26)
         for row in found:
             self.assertLessEqual(row['settling_s'], bars['settling'], row['label'])
             self.assertLessEqual(abs(row['steady_error_pct']), bars['steady_error'], row['label'])
 
     def test_learns_the_slip_within_three_seconds(self):
-        found, bars = rows('slip_turns', 'predictive', 'standard', 'improved'), engine.bars()['slip_turns']
+        bars = engine.bars()['slip_turns']
+        found = [row for row in rows('slip_turns') if row['controller'] in ('predictive', 'standard', 'improved')]
         self.assertEqual(len(found), 30)
         for row in found:
             if row['controller'] == 'predictive':
@@ -237,7 +242,7 @@ class Predictive(unittest.TestCase):
                 self.assertGreater(abs(row['belief_bias_pct']), 4.0, row['label'])
 
     def test_believes_as_well_as_a_kalman_filter(self):
-        found, most = rows('belief_accuracy', 'predictive', 'improved'), engine.bars()['belief_accuracy']['error_over_kalman_filter']
+        found, most = rows('belief_accuracy'), engine.bars()['belief_accuracy']['error_over_kalman_filter']
         chosen = only(found, controller='predictive')
         self.assertEqual(len(chosen), 2)
         for row in chosen:

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The studies beyond the thesis: stops, drawn robots, detection, odometry, recordings, baselines."""
 
+import functools
 import os
 import pathlib
 import tempfile
@@ -221,15 +222,26 @@ ALTERED = {
 }
 
 
+@functools.lru_cache(maxsize=None)
+def read(path):
+    """A recording and what its software makes of commands."""
+    recording = recordings.read(path)
+    return recording, recordings.fit_path(recording)
+
+
 def replayed(item):
     """Figures of a recording; item: path, whether the model is identified, and how it is altered, or ''."""
     path, identified, alteration = item
-    recording = recordings.read(path)
-    return recordings.replay(recording, recordings.fit_path(recording), identified, ALTERED.get(alteration))
+    return recordings.replay(*read(path), identified, ALTERED.get(alteration))
 
 
 @unittest.skipUnless(DATA, 'JACKAL_AIC_REAL_DATA is not set')
 class Recordings(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        for path in recordings.paths(DATA):
+            read(path)  # once, for all processes
 
     def replays(self, items):
         return zip(items, engine.parallel(replayed, items))
@@ -249,10 +261,10 @@ class Recordings(unittest.TestCase):
 
     def test_a_reversed_gyro_is_reported_and_not_learned_from(self):
         for path in recordings.paths(DATA):
-            recording = recordings.read(path)
+            recording, command_path = read(path)
             if not recording.has_imu:
                 continue
-            commands = recordings.applied_commands(recording, recordings.fit_path(recording))
+            commands = recordings.applied_commands(recording, command_path)
             loop = recordings.recorded_loop(recording, recordings.known_model(recording, commands, False)[0])
             _, _, told = recordings.watched(loop, recording, recordings.reversed_gyro(recordings.samples_of(recording, commands)))
             self.assertIsNotNone(told, path)

@@ -1,15 +1,13 @@
-#!/usr/bin/python3
-"""The sentences of the report against runs of now: answers, statements, and what the notes say."""
+"""The sentences of the report against runs of now: answers, statements, and what the notes say (a part of python/lab_test.py)."""
 
 import csv
+import functools
 import io
 import pathlib
 import re
 import sys
 import tempfile
 import unittest
-
-import rosunit
 
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(SOURCE / 'sim/report'), str(SOURCE / 'test/python')]
@@ -33,17 +31,19 @@ def row(*arguments):
     return next(csv.DictReader(io.StringIO(experiments(*arguments, '--csv', '-'))))
 
 
+@functools.lru_cache(maxsize=None)
+def results():
+    """All experiments, run once."""
+    with tempfile.TemporaryDirectory() as directory:
+        experiments('run', 'all', '--out', directory)
+        return Results(directory)
+
+
 class Report(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.directory = tempfile.TemporaryDirectory()
-        experiments('run', 'all', '--out', cls.directory.name)
-        cls.results = Results(cls.directory.name)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.directory.cleanup()
+        cls.results = results()
 
     def test_every_answer_holds_and_is_one_sentence(self):
         for question, answer, _ in answers.answered(self.results):
@@ -185,7 +185,3 @@ class Report(unittest.TestCase):
             wheels, belief = (run.error(column, 'velocity_mps') for column in ('measured_mps', 'belief_mps'))
             slides = run.label in ('friction 0.1', 'friction 0.07', 'against a wall')
             self.assertEqual(wheels > 0.01 and belief < 0.8 * wheels, slides, run.label)
-
-
-if __name__ == '__main__':
-    rosunit.unitrun('jackal_aic', 'report', '__main__')
