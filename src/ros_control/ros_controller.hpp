@@ -12,9 +12,7 @@
 #include <tf2/buffer_core.h>
 #include <tf2_ros/transform_listener.h>
 
-#include <atomic>
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -26,8 +24,8 @@
 #include "inputs/set_points.hpp"
 #include "jackal_aic/odometry/odometry.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
+#include "latest.hpp"
 #include "parameters/live_parameters.hpp"
-#include "process/latest.hpp"
 #include "ros_control_parameters.hpp"
 #include "ros_control_publisher.hpp"
 
@@ -77,7 +75,6 @@ class RosController : public controller_interface::Controller<hardware_interface
   void onCommand(const SetPointInput& command);
   void onImu(const sensor_msgs::Imu& message);
   void adoptLive(const LiveParameters& wanted);
-  void postStatus();
 
   Wheels wheels() const;
   void followClockBack(double now);
@@ -121,13 +118,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   Latest<double> feedback_stamps_;
   Latest<RobotStatus> robot_states_;
   Latest<LiveParameters> settings_;
-  LoopExchange changes_;
-  Latest<bool> resets_;
-  bool enabled_ = true;       // for the callbacks only
-  RobotStatus robot_status_;  // the same
-
-  // The other way.
-  std::atomic<bool> resting_{true};
+  std::optional<LoopExchange> changes_;
 
   tf2::BufferCore frames_;
   std::optional<tf2_ros::TransformListener> frame_listener_;
@@ -138,8 +129,8 @@ class RosController : public controller_interface::Controller<hardware_interface
   std::optional<OtherPublishers> others_;
   ros::Subscriber imu_subscriber_;
   std::optional<GainServer<LiveParameters, RosControllerConfig>> live_server_;
-  std::unique_ptr<LiveParameterServer> live_parameters_;
-  std::optional<DriveServices> services_;
+  std::optional<LiveParameterServer> live_parameters_;
+  DriveServices drive_services_;
   ros::WallTimer keep_timer_;
 };
 

@@ -62,6 +62,25 @@ std::string summary(const ControllerState& state) {
   return std::string(kStructures.at(state.structure)) + ", " + statusName(state) + ", " + kDrivers.at(state.driven_by);
 }
 
+/// y_tilde as a message without its header.
+SensorGeneralized sensorMessage(const GeneralizedSensor& measurement) {
+  SensorGeneralized message;
+  takeChannel(measurement, kYawRate, message.yaw_rate);
+  takeChannel(measurement, kWheelLeft, message.wheel_left);
+  takeChannel(measurement, kWheelRight, message.wheel_right);
+  takeChannel(measurement, kAccelerationX, message.acceleration_x);
+  takeChannel(measurement, kAccelerationY, message.acceleration_y);
+  return message;
+}
+
+/// Believed body velocity, without its header. Components outside the belief have kUnknownVariance.
+geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller) {
+  geometry_msgs::TwistWithCovarianceStamped message;
+  message.twist.twist = twistMessage(controller.believedVelocity());
+  fillMotionCovariance(controller.motionCovariance(), kUnknownVariance, message.twist.covariance);
+  return message;
+}
+
 }  // namespace
 
 const char* statusName(const ControllerState& state) {
@@ -91,37 +110,21 @@ void fillState(const DriveLoop& loop, const ros::Time& stamp, ControllerState& m
   if (loop.predictive() != nullptr) take(*loop.predictive(), message);
 }
 
-void addRemarks(const StateRemarks& remarks, const std::string& frame, ControllerState& message) {
-  const bool driven = (message.command_left != 0.0 || message.command_right != 0.0) && remarks.no_subscriber.empty();
+void addRemarks(const DriveLoopStatus& status, const Surroundings& around, const std::string& frame,
+                ControllerState& message) {
+  const bool driven = (message.command_left != 0.0 || message.command_right != 0.0) && around.no_subscriber.empty();
   message.header.frame_id = frame;
-  message.driven_by = remarks.by_another ? ControllerState::BY_ANOTHER
-                      : driven           ? ControllerState::BY_US
-                                         : ControllerState::BY_NOBODY;
+  message.driven_by = around.contended || status.handed_over ? ControllerState::BY_ANOTHER
+                      : driven                               ? ControllerState::BY_US
+                                                             : ControllerState::BY_NOBODY;
   message.summary = summary(message);
-  message.reason = remarks.reason;
-  if (!remarks.no_subscriber.empty() && message.status == ControllerState::DRIVING) {
-    message.reason += (message.reason.empty() ? "" : "; ") + remarks.no_subscriber;
+  message.reason = reason(status, around.contender);
+  if (!around.no_subscriber.empty() && message.status == ControllerState::DRIVING) {
+    message.reason += (message.reason.empty() ? "" : "; ") + around.no_subscriber;
   }
-  message.rejected_measurements += remarks.rejected;
-  message.hypothesis = remarks.suspicion.probability > 0.0 ? faults::text(remarks.suspicion.hypothesis) : "";
-  message.hypothesis_probability = remarks.suspicion.probability;
-}
-
-SensorGeneralized sensorMessage(const GeneralizedSensor& measurement) {
-  SensorGeneralized message;
-  takeChannel(measurement, kYawRate, message.yaw_rate);
-  takeChannel(measurement, kWheelLeft, message.wheel_left);
-  takeChannel(measurement, kWheelRight, message.wheel_right);
-  takeChannel(measurement, kAccelerationX, message.acceleration_x);
-  takeChannel(measurement, kAccelerationY, message.acceleration_y);
-  return message;
-}
-
-geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller) {
-  geometry_msgs::TwistWithCovarianceStamped message;
-  message.twist.twist = twistMessage(controller.believedVelocity());
-  fillMotionCovariance(controller.motionCovariance(), kUnknownVariance, message.twist.covariance);
-  return message;
+  message.rejected_measurements += around.rejected;
+  message.hypothesis = status.suspicion.probability > 0.0 ? faults::text(status.suspicion.hypothesis) : "";
+  message.hypothesis_probability = status.suspicion.probability;
 }
 
 StateOutput::StateOutput(ros::NodeHandle& node, const NodeParameters& parameters, const DriveLoop& loop)
@@ -144,10 +147,10 @@ void StateOutput::publishMeasurement(const ros::Time& stamp) {
   measurement_publisher_.publish(message);
 }
 
-void StateOutput::publish(const ros::Time& stamp, const StateRemarks& remarks) {
+void StateOutput::publish(const ros::Time& stamp, const DriveLoopStatus& status, const Surroundings& around) {
   ControllerState message;
   fillState(loop_, stamp, message);
-  addRemarks(remarks, frame_, message);
+  addRemarks(status, around, frame_, message);
   state_publisher_.publish(message);
   if (loop_.predictive() == nullptr) return;
   geometry_msgs::TwistWithCovarianceStamped belief = beliefMessage(*loop_.predictive());

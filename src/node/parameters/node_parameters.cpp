@@ -19,8 +19,9 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
   if (radius_given && track_given) return;
   const std::string urdf = robot_description();
   if (urdf.empty()) {
-    throw ParameterError(std::string(radius_given ? "robot.effective_track" : "robot.wheel_radius") +
-                         ": not given, and robot_description is not set to take it from");
+    throw ParameterError(
+        std::string(radius_given ? "robot.effective_track" : "robot.wheel_radius") +
+        ": not given, and robot_description is not set to take it from: start the robot's bringup first");
   }
   const UrdfGeometry wheels = readUrdfGeometry(urdf, parameters.robot.left_wheel_joints,
                                                parameters.robot.right_wheel_joints, parameters.robot.base_frame);
@@ -74,25 +75,6 @@ void requireFrame(const char* key, const std::string& frame) {
   throw ParameterError(std::string(key) + " = " + quoted(frame) + ": must be the name of a frame");
 }
 
-void check(const ControllerParameters& controller, const NodeParameters& parameters) {
-  validate(controller, parameters.geometry);
-  if (parameters.plant_model)
-    requireStable(LinearLoop(controller, parameters.geometry, drivenModel(*parameters.plant_model)));
-}
-
-void check(const DifferentialDriveParameters&, const NodeParameters&) {}
-
-void check(const PredictiveParameters& controller, const NodeParameters& parameters) {
-  validate(controller);
-  if (parameters.plant_model) {
-    const PlantModel model = drivenModel(*parameters.plant_model);
-    return requireStable(LinearLoop(controller, model, model));
-  }
-  throw ParameterError(
-      "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "
-      "identify)");
-}
-
 std::string robotText(const NodeParameters& parameters) {
   std::vector<Field> robot = fieldsOf(parameters.geometry);
   for (Field& field : fieldsOf(parameters.robot)) robot.push_back(std::move(field));
@@ -106,9 +88,6 @@ std::string plantModelText(const NodeParameters& parameters) {
   }
   return yamlBlock("plant_model", model);
 }
-
-/// Sensor noise, for structures that use it.
-std::string sensorText(const SensorNoise& sensors) { return yamlBlock("sensors", sensors); }
 
 /// Runs a reader of the file's keys; its errors name the file.
 template <class Read>
@@ -126,17 +105,39 @@ auto readFile(const std::string& path, const Read& read) {
 
 }  // namespace
 
+LinearLoop closedLoop(const NodeParameters& parameters, const PlantModel& robot) {
+  if (const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller)) {
+    return LinearLoop(*thesis, parameters.geometry, robot);
+  }
+  const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
+  if (predictive == nullptr) {
+    throw ParameterError("controller.* and predictive.*: missing; expected gains of one of them");
+  }
+  if (parameters.plant_model) return LinearLoop(*predictive, drivenModel(*parameters.plant_model), robot);
+  throw ParameterError(
+      "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "
+      "identify)");
+}
+
+void requireStable(const NodeParameters& parameters) {
+  const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller);
+  const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
+  if (thesis != nullptr) validate(*thesis, parameters.geometry);
+  if (predictive != nullptr) validate(*predictive);
+  if (predictive == nullptr && (thesis == nullptr || !parameters.plant_model)) return;
+  requireStable(closedLoop(parameters, drivenModel(parameters.plant_model.value_or(PlantModel{}))));
+}
+
 std::string gainsText(const Gains& gains) {
   if (const auto* thesis = std::get_if<ControllerParameters>(&gains)) return yamlBlock("controller", *thesis);
   const auto& predictive = std::get<PredictiveParameters>(gains);
-  return yamlBlock("predictive", predictive) + sensorText(predictive);
+  return yamlBlock("predictive", predictive) + yamlBlock<SensorNoise>("sensors", predictive);
 }
 
 Gains readGainsText(const std::string& text) {
   ParameterMap map;
   addYamlText(text, "gains", map);
-  const auto sensors = readParameters<SensorNoise>(map, "sensors");
-  const auto gains = readGains(map, sensors);
+  const auto gains = readConfiguration(map).controller;
   map.refuseUnknown();
   if (const auto* thesis = std::get_if<ControllerParameters>(&gains)) return *thesis;
   if (const auto* predictive = std::get_if<PredictiveParameters>(&gains)) return *predictive;
@@ -144,14 +145,15 @@ Gains readGainsText(const std::string& text) {
 }
 
 std::string configurationText(const NodeParameters& parameters) {
-  const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller);
-  const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
-  const auto* open_loop = std::get_if<DifferentialDriveParameters>(&parameters.controller);
   std::string text;
-  if (thesis != nullptr) text += gainsText(*thesis);
-  if (open_loop != nullptr) text += yamlBlock("diff_drive", *open_loop);
-  if (predictive != nullptr) text += gainsText(*predictive);
-  if (predictive == nullptr && parameters.faults) text += sensorText(*parameters.faults);
+  if (const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller)) text = gainsText(*thesis);
+  const auto* open_loop = std::get_if<DifferentialDriveParameters>(&parameters.controller);
+  if (open_loop != nullptr) text = yamlBlock("diff_drive", *open_loop);
+  if (const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller)) {
+    text = gainsText(*predictive);
+  } else if (parameters.faults) {
+    text += yamlBlock<SensorNoise>("sensors", *parameters.faults);
+  }
   text += robotText(parameters);
   if (parameters.plant_model) text += plantModelText(parameters);
   const GateParameters& gate = parameters.gate;
@@ -221,16 +223,12 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   } else {
     completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);
   }
-  std::visit([&](const auto& controller) { check(controller, parameters); }, parameters.controller);
+  requireStable(parameters);
   return parameters;
 }
 
 NodeParameters readControllerFile(const std::string& path) {
-  return readFile(path, [](ParameterMap& map) {
-    NodeParameters node = readConfiguration(map);
-    if (!std::holds_alternative<DifferentialDriveParameters>(node.controller)) return node;
-    throw ParameterError("controller.* and predictive.*: missing; expected gains of one of them");
-  });
+  return readFile(path, [](ParameterMap& map) { return readConfiguration(map); });
 }
 
 PlantModel readPlantModelFile(const std::string& path) {

@@ -32,8 +32,7 @@
 namespace jackal_aic {
 
 /// Runs the drive loop on ROS time by an action timer; the beliefs catch up with each call. All callbacks run in one
-/// thread. Changes of gains, which are certified first, and diagnostics take longer
-/// than a period: they run in another thread and hand over between two actions.
+/// thread, but for certified changes of gains and diagnostics, which take longer than a period.
 class ControllerNode {
  public:
   /// Opens the topics in the namespace of `node`, the services in that of `private_node`, and starts the timers.
@@ -53,7 +52,6 @@ class ControllerNode {
   void publishStop();
 
  private:
-  void onSetPoint(const SetPointInput& received);
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
   void onImu(const sensor_msgs::ImuConstPtr& message);
   void onFeedback(const ros::Time& stamp);
@@ -63,12 +61,10 @@ class ControllerNode {
   double currentTime();
   void setActionTimer(double due);
 
-  DriveServices::Actions serviceActions();
-
   RobotStatus robotStatus() const;
   void take(const std::optional<SensorReading>& reading, const ros::Time& stamp, const std::function<bool()>& receive);
   void resetSensors();
-  void reportStatus();
+  std::string missing() const;
   std::string contender() const;
 
   ros::NodeHandle node_;
@@ -82,8 +78,8 @@ class ControllerNode {
   ros::CallbackQueue requests_;
   std::unique_ptr<InputLog> inputs_;  // with publish_inputs; made before the first input of the loop
   StateOutput state_;
-  std::unique_ptr<LiveParameterServer> live_parameters_;
-  DriveServices services_;
+  LiveParameterServer live_parameters_;
+  DriveServices drive_services_;
   CommandOutput output_;
   OdometryOutput odometry_;
   tf2::BufferCore frames_;
@@ -98,7 +94,6 @@ class ControllerNode {
   std::uint32_t rejected_readings_ = 0;
   bool ending_ = false;
   bool refused_ = false;
-  bool enabled_ = true;
 
   ros::Subscriber wheel_subscriber_;
   ros::Subscriber imu_subscriber_;

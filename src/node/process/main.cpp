@@ -23,11 +23,6 @@ std::string awaitRobotDescription(const ros::NodeHandle& node) {
   return urdf;
 }
 
-/// True if roslaunch starts the node again when it ends (launch/controller.launch says so).
-bool isRespawned(int argc, char** argv) {
-  return std::any_of(argv, argv + argc, [](const std::string& word) { return word == "--respawned"; });
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -47,7 +42,7 @@ int main(int argc, char** argv) {
     ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
             jackal_aic::describeRobot(parameters).c_str());
     jackal_aic::ControllerNode node(handle, private_handle, parameters);
-    stop.spinUntilRequested();
+    stop.spinWhile([] { return !jackal_aic::StopRequest::requested(); });
     node.brake();
     // A paused simulation never comes to rest.
     stop.spinWhile([&] { return !node.atRest(); }, parameters.gate.brake.time + kPatience);
@@ -58,7 +53,8 @@ int main(int argc, char** argv) {
       ROS_WARN("Stopping before the wheels are at rest: the clock stands still, or the machine is too busy");
     }
     stop.flush();
-    if (stop.nameTaken() && isRespawned(argc, argv)) stop.waitForSignal();
+    // launch/controller.launch says whether roslaunch starts the node again when it ends.
+    if (std::find(argv, argv + argc, std::string("--respawned")) != argv + argc) stop.waitIfNameTaken();
     if (node.refused()) return 1;
   } catch (const jackal_aic::ParameterError& error) {
     if (jackal_aic::StopRequest::requested()) return 0;
