@@ -21,9 +21,6 @@ constexpr double kEarly = 0.002;
 /// Largest age of an IMU sample that is paired with the wheels [s]: both arrive at 50 Hz.
 constexpr double kPairingAge = 0.03;
 
-/// Wall time between checks for writing the learned model [s].
-constexpr double kKeepPeriod = 1.0;
-
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
 /// Part of the sensors' period after which unchanged wheel speeds are sampled.
@@ -127,8 +124,6 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
 void RosController::serveChanges(ros::NodeHandle& controller) {
   live_server_.emplace(controller, "", parameters_.live, [this](const auto& wanted) { adoptLive(wanted); });
   drive_services_ = serveDriving(controller, *changes_);
-  keep_timer_ = controller.createWallTimer(
-      ros::WallDuration(kKeepPeriod), [this](const ros::WallTimerEvent&) { live_parameters_->keep(ros::Time::now()); });
 }
 
 void RosController::adoptLive(const LiveParameters& wanted) {
@@ -316,13 +311,8 @@ Observation RosController::observe(const Wheels& wheels, double now) {
   y.valid.yaw_rate = y.valid.acceleration = false;
   reading.sample.head<4>() << wheels.left, wheels.right, wheels.left_position, wheels.right_position;
   loop_->receiveWheels(reading, now);
-  const bool paired = imu_ && std::abs(now - imu_->stamp) <= kPairingAge;
-  if (paired) {
-    y = *imu_;
-    y.stamp = now;
-    y.wheel_left = wheels.left;
-    y.wheel_right = wheels.right;
-    y.valid.wheel_left = y.valid.wheel_right = true;
+  if (imu_ && std::abs(now - imu_->stamp) <= kPairingAge) {
+    y = paired(y, *imu_);
     loop_->observe(y, now);
   }
   return y;

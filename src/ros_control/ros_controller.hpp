@@ -12,6 +12,7 @@
 #include <tf2/buffer_core.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <array>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -130,8 +131,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   ros::Subscriber imu_subscriber_;
   std::optional<GainServer<LiveParameters, RosControllerConfig>> live_server_;
   std::optional<LiveParameterServer> live_parameters_;
-  DriveServices drive_services_;
-  ros::WallTimer keep_timer_;
+  std::array<ros::ServiceServer, 2> drive_services_;  // enable and reset
 };
 
 }  // namespace jackal_aic

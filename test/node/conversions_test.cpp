@@ -20,7 +20,6 @@ namespace jackal_aic {
 namespace {
 
 const std::vector<std::string> kLeft{"front_left_wheel", "rear_left_wheel"};
-const std::vector<std::string> kRight{"front_right_wheel", "rear_right_wheel"};
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 sensor_msgs::JointState joints(const std::vector<std::string>& names, const std::vector<double>& velocities) {
@@ -54,16 +53,17 @@ Eigen::Quaterniond uphill() {
 TEST(MeanVelocity, GoesByNameAndRefusesWhatIsMissingOrNotFinite) {
   const auto message = joints({"rear_right_wheel", "mast", "front_left_wheel", "front_right_wheel", "rear_left_wheel"},
                               {7.0, 99.0, 1.0, 5.0, 3.0});
-  EXPECT_DOUBLE_EQ(*meanOf(message, message.velocity, kLeft), 2.0);
-  EXPECT_DOUBLE_EQ(*meanOf(message, message.velocity, kRight), 6.0);
-  const auto one = joints({"rear_left_wheel"}, {4.0});
-  EXPECT_DOUBLE_EQ(*meanOf(one, one.velocity, kLeft), 4.0);
-  EXPECT_FALSE(meanOf(one, one.velocity, kRight));
-  EXPECT_TRUE(mentionsAny(one, kLeft));
+  const auto mean = wheelObservation(message, RobotNames{});
+  ASSERT_TRUE(mean);
+  EXPECT_DOUBLE_EQ(mean->wheel_left, 2.0);
+  EXPECT_DOUBLE_EQ(mean->wheel_right, 6.0);
+  EXPECT_DOUBLE_EQ(wheelObservation(joints({"rear_left_wheel", "rear_right_wheel"}, {4.0, 5.0}), {})->wheel_left, 4.0);
+  EXPECT_TRUE(mentionsAny(message, kLeft));
   EXPECT_FALSE(mentionsAny(joints({"mast"}, {4.0}), kLeft));
-  for (const auto& bad : {joints(kLeft, {1.0}), joints(kLeft, {1.0, kNaN}), joints({"front_left_wheel"}, {}),
-                          joints(kLeft, {1.7e308, 1.7e308})}) {
-    EXPECT_FALSE(meanOf(bad, bad.velocity, kLeft));
+  const std::vector<std::string> all{"front_left_wheel", "rear_left_wheel", "front_right_wheel", "rear_right_wheel"};
+  for (const auto& bad : {joints({"rear_left_wheel"}, {4.0}), joints(all, {1.0, 1.0, 1.0}), joints(all, {}),
+                          joints(all, {1.0, kNaN, 1.0, 1.0}), joints(all, {1.7e308, 1.7e308, 1.0, 1.0})}) {
+    EXPECT_FALSE(wheelObservation(bad, {}));
   }
 }
 

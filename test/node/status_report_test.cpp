@@ -89,10 +89,10 @@ TEST_F(StatusReportTest, ARemarkOnTheWheelsIsToldWithItsNumber) {
   EXPECT_TRUE(update());
   EXPECT_EQ(log.lines, Lines{"WARN Noticed: wheels reach 50 % of their commands. "
                              "Check the scale of the encoders, the motors and the plant model"});
-  EXPECT_EQ(report.reason(), "wheels reach 50 % of their commands");
+  expectDiagnosis(DiagnosticStatus::WARN, "driving with a fault: wheels reach 50 % of their commands");
   status.share = 0.6;  // it ended, and came again between two looks
   EXPECT_TRUE(update());
-  EXPECT_EQ(report.reason(), "wheels reach 60 % of their commands");
+  expectDiagnosis(DiagnosticStatus::WARN, "driving with a fault: wheels reach 60 % of their commands");
 }
 
 TEST_F(StatusReportTest, AStartIsToldWithTheNextActionStep) {

@@ -9,6 +9,7 @@
 
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/model/gravity.hpp"
+#include "parameters/ros_parameters.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -27,23 +28,14 @@ bool contains(const std::vector<std::string>& list, const std::string& name) {
   return std::find(list.begin(), list.end(), name) != list.end();
 }
 
-std::string withoutSlash(const std::string& frame) {
-  return frame.empty() || frame[0] != '/' ? frame : frame.substr(1);
-}
-
 /// Why a stamp is unusable; empty if it is usable.
-std::string refusalOf(const ros::Time& stamp, const ros::Time& now) {
-  if (stamp.isZero()) return " without a stamp";
-  return stamp > now + ros::Duration(kFurthestAhead) ? " from the future" : "";
+std::string refusalOf(const std::string& what, const ros::Time& stamp, const ros::Time& now) {
+  if (stamp.isZero()) return what + " without a stamp";
+  return stamp > now + ros::Duration(kFurthestAhead) ? what + " from the future" : "";
 }
 
-}  // namespace
-
-bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
-  return std::any_of(message.name.begin(), message.name.end(),
-                     [&](const std::string& name) { return contains(joints, name); });
-}
-
+/// Mean of those of the joints that a message lists. std::nullopt if it lists none of them, or a value is missing, or
+/// the mean is not finite. @param values of the message.
 std::optional<double> meanOf(const sensor_msgs::JointState& message, const std::vector<double>& values,
                              const std::vector<std::string>& joints) {
   double sum = 0.0;
@@ -55,6 +47,13 @@ std::optional<double> meanOf(const sensor_msgs::JointState& message, const std::
     ++count;
   }
   return count > 0 && std::isfinite(sum) ? std::optional<double>(sum / count) : std::nullopt;
+}
+
+}  // namespace
+
+bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
+  return std::any_of(message.name.begin(), message.name.end(),
+                     [&](const std::string& name) { return contains(joints, name); });
 }
 
 std::optional<Observation> wheelObservation(const sensor_msgs::JointState& message, const RobotNames& names) {
@@ -89,9 +88,17 @@ std::optional<Observation> imuObservation(const sensor_msgs::Imu& message, const
   return observation;
 }
 
+Observation paired(const Observation& wheels, Observation imu) {
+  imu.stamp = wheels.stamp;
+  imu.wheel_left = wheels.wheel_left;
+  imu.wheel_right = wheels.wheel_right;
+  imu.valid.wheel_left = imu.valid.wheel_right = true;
+  return imu;
+}
+
 std::optional<Eigen::Quaterniond> rotationInto(const std::string& base, const std::string& frame,
                                                const tf2::BufferCore& frames) {
-  const std::string to = withoutSlash(base), from = withoutSlash(frame);
+  const std::string to = prefixedFrame("", base), from = prefixedFrame("", frame);
   if (to == from) return Eigen::Quaterniond::Identity();
   try {
     const auto q = frames.lookupTransform(to, from, ros::Time(0)).transform.rotation;
@@ -102,18 +109,15 @@ std::optional<Eigen::Quaterniond> rotationInto(const std::string& base, const st
 }
 
 std::optional<SensorReading> ImuReader::read(const sensor_msgs::Imu& message, const ros::Time& now) {
-  refusal_ = refusalOf(message.header.stamp, now);
+  refusal_ = refusalOf("IMU data", message.header.stamp, now);
   const auto rotation = rotationInto(base_frame_, message.header.frame_id, frames_);
   if (refusal_.empty() && !rotation) {
-    refusal_ = " in frame " + jackal_aic::quoted(message.header.frame_id) + ", which tf does not relate to " +
+    refusal_ = "IMU data in frame " + jackal_aic::quoted(message.header.frame_id) + ", which tf does not relate to " +
                jackal_aic::quoted(base_frame_);
   }
   const auto observation = rotation ? imuObservation(message, *rotation) : std::nullopt;
-  if (refusal_.empty() && !observation) refusal_ = " that is not finite";
-  if (!refusal_.empty()) {
-    refusal_.insert(0, "IMU data");
-    return std::nullopt;
-  }
+  if (refusal_.empty() && !observation) refusal_ = "IMU data that is not finite";
+  if (!refusal_.empty()) return std::nullopt;
   rotation_ = *rotation;
   SensorReading reading{*observation, FrozenSource::Sample::Zero()};
   const auto& w = message.angular_velocity;
@@ -147,13 +151,11 @@ std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointSt
   const bool left_side = mentionsAny(*message, names_.left_wheel_joints);
   const bool right_side = mentionsAny(*message, names_.right_wheel_joints);
   if (!left_side && !right_side) return std::nullopt;
-  refusal_ = left_side && right_side ? refusalOf(message->header.stamp, now) : " with the wheels of one side only";
+  refusal_ = left_side && right_side ? refusalOf("joint states", message->header.stamp, now)
+                                     : "joint states with the wheels of one side only";
   const auto observation = wheelObservation(*message, names_);
-  if (refusal_.empty() && !observation) refusal_ = " with a wheel velocity that is missing or not finite";
-  if (!refusal_.empty()) {
-    refusal_.insert(0, "joint states");
-    return std::nullopt;
-  }
+  if (refusal_.empty() && !observation) refusal_ = "joint states with a wheel velocity that is missing or not finite";
+  if (!refusal_.empty()) return std::nullopt;
   if (!followsClosely(message->header.stamp, paired_wheels_)) {
     paired_wheels_ = message->header.stamp;
     wheel_input_.add(message);
@@ -184,12 +186,7 @@ std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPt
 
 // Messages were checked on arrival, so the values exist.
 void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu) {
-  const Observation encoders = *wheelObservation(*wheels, names_);
-  Observation observation = *imuObservation(*imu, imu_reader_.rotation());
-  observation.stamp = encoders.stamp;
-  observation.wheel_left = encoders.wheel_left;
-  observation.wheel_right = encoders.wheel_right;
-  observation.valid.wheel_left = observation.valid.wheel_right = true;
+  Observation observation = paired(*wheelObservation(*wheels, names_), *imuObservation(*imu, imu_reader_.rotation()));
   const Eigen::Vector3d acceleration = accelerations_.take(observation.stamp);
   observation.acceleration_x = acceleration.x();
   observation.acceleration_y = acceleration.y();

@@ -26,12 +26,8 @@ namespace jackal_aic {
 /// True if at least one of the joints is named in the message (other nodes publish joint states too).
 bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
-/// Mean velocity [rad/s] or position [rad] of those of the joints that the message lists. std::nullopt if it lists none
-/// of them, or a value is missing, or the mean is not finite. @param values of the message.
-std::optional<double> meanOf(const sensor_msgs::JointState& message, const std::vector<double>& values,
-                             const std::vector<std::string>& joints);
-
-/// Wheel speeds of a message, without the other channels. std::nullopt if the speed of a side is missing or not finite.
+/// Wheel speeds of a message, of each side the mean of the joints that it lists, without the other channels.
+/// std::nullopt if a side has none, or a speed is missing or not finite.
 std::optional<Observation> wheelObservation(const sensor_msgs::JointState& message, const RobotNames& names);
 
 /// Yaw rate and acceleration of an IMU message in the base frame, without the wheels. Gravity is removed from x and y
@@ -39,6 +35,9 @@ std::optional<Observation> wheelObservation(const sensor_msgs::JointState& messa
 /// leaves gravity in x and y too.
 /// @param rotation from the IMU's frame into the base frame. std::nullopt if a component is not finite.
 std::optional<Observation> imuObservation(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
+
+/// Both as one sample of the time of the wheels.
+Observation paired(const Observation& wheels, Observation imu);
 
 /// Rotation from `frame` into `base`; std::nullopt if no transform relates them. A leading slash of a name, from older
 /// drivers, is ignored.

@@ -55,10 +55,9 @@ SetPointInput setPointInput(const geometry_msgs::TwistStamped& message) {
 
 SetPointSource::SetPointSource(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take)
     : take_(std::move(take)) {
-  plain_ =
-      subscribe<geometry_msgs::Twist>(node, topic, queue, [this](const auto& event) { SetPointSource::take(event); });
-  stamped_ = subscribe<geometry_msgs::TwistStamped>(node, topic + "_stamped", queue,
-                                                    [this](const auto& event) { SetPointSource::take(event); });
+  const auto receive = [this](const auto& event) { SetPointSource::receive(event); };
+  plain_ = subscribe<geometry_msgs::Twist>(node, topic, queue, receive);
+  stamped_ = subscribe<geometry_msgs::TwistStamped>(node, topic + "_stamped", queue, receive);
 }
 
 void SetPointSource::requireForeign(const std::vector<std::string>& ours) const {
@@ -78,7 +77,7 @@ std::string SetPointSource::rivals() const {
 }
 
 template <class Message>
-void SetPointSource::take(const ros::MessageEvent<const Message>& event) {
+void SetPointSource::receive(const ros::MessageEvent<const Message>& event) {
   if (event.getPublisherName() != sender_.name) other_ = sender_;
   sender_ = {event.getPublisherName(), ros::WallTime::now()};
   const SetPointInput input = setPointInput(*event.getConstMessage());

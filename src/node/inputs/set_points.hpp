@@ -54,7 +54,7 @@ class SetPointSource {
   };
 
   template <class Message>
-  void take(const ros::MessageEvent<const Message>& event);
+  void receive(const ros::MessageEvent<const Message>& event);
 
   Take take_;
   Sender sender_;  // of the last message

@@ -3,16 +3,6 @@
 #include <std_msgs/Float64.h>
 
 namespace jackal_aic {
-namespace {
-
-std_msgs::Float64 wheelMessage(double speed) {
-  std_msgs::Float64 message;
-  message.data = speed;
-  return message;
-}
-
-}  // namespace
-
 jackal_msgs::Drive driveMessage(const WheelCommand& command) {
   jackal_msgs::Drive message;
   message.mode = jackal_msgs::Drive::MODE_VELOCITY;
@@ -58,9 +48,11 @@ std::string CommandOutput::complaint() const {
 void CommandOutput::publish(const WheelCommand& command) {
   if (mode_ == OutputMode::cmd_drive) publishers_[0].publish(driveMessage(command));
   if (mode_ == OutputMode::twist) publishers_[0].publish(twistMessage(kinematics_.bodyVelocity(command)));
-  if (mode_ != OutputMode::gazebo) return;
-  publishers_[0].publish(wheelMessage(command.left));
-  publishers_[1].publish(wheelMessage(command.right));
+  for (Eigen::Index side = 0; mode_ == OutputMode::gazebo && side < 2; ++side) {
+    std_msgs::Float64 message;
+    message.data = command.vector()(side);
+    publishers_[static_cast<std::size_t>(side)].publish(message);
+  }
 }
 
 }  // namespace jackal_aic

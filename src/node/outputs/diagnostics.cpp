@@ -11,11 +11,8 @@
 namespace jackal_aic {
 namespace {
 
-/// Wall time after which missing sensors are reported [s].
-constexpr double kSensorPatience = 3.0;
-
-/// Wall time in which a subscriber finds the commands at the start [s].
-constexpr double kConnection = 2.0;
+constexpr double kSensorPatience = 3.0;  // s of wall time after which missing sensors are reported
+constexpr double kConnection = 2.0;      // s of wall time in which a subscriber finds the commands at the start
 
 /// A remedy as the next sentence, or an empty text.
 std::string sentence(const char* remedy) { return *remedy == '\0' ? "" : std::string(". ") + remedy; }
@@ -95,14 +92,11 @@ void StatusReport::logClearedCause(const DriveLoopStatus& before) const {
 void StatusReport::logStop(const char* what) {
   const StopCause cause = status_.decision.cause;
   logged_stop_ = status_.decision.status == DriveStatus::braking ? cause : StopCause::none;
-  const char* to_do = remedy(cause);
-  if (isFault(status_.fault)) {
-    to_do = remedy(status_.fault);
-  } else if (status_.loss != Loss::none) {
-    to_do = remedy(status_.loss);
-  }
+  const char* to_do = isFault(status_.fault)       ? remedy(status_.fault)
+                      : status_.loss != Loss::none ? remedy(status_.loss)
+                                                   : remedy(cause);
   const auto level = severity(cause) == Severity::fault ? ros::console::levels::Error : ros::console::levels::Warn;
-  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s: %s", what, (reason() + sentence(to_do)).c_str());
+  ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s: %s", what, (reason_ + sentence(to_do)).c_str());
 }
 
 /// True if a stop was logged.
@@ -119,7 +113,7 @@ bool StatusReport::logDecision(const DriveLoopStatus& before) {
     ROS_INFO("Driving");
   } else if (now == DriveStatus::stopped && before.decision.status == DriveStatus::idle) {
     // At a start nothing has stopped, so only missing inputs are logged.
-    ROS_INFO("Waiting: %s", (reason() + sentence(remedy(cause))).c_str());
+    ROS_INFO("Waiting: %s", (reason_ + sentence(remedy(cause))).c_str());
   } else if (now == DriveStatus::stopped && cause == StopCause::set_point_late) {
     ROS_INFO("Stopped: no set point for %g s", set_point_deadline_);
   } else if (!logged && (now == DriveStatus::faulted || (now != DriveStatus::idle && !usual))) {
@@ -135,14 +129,14 @@ void StatusReport::diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& s
   const DriveStatus now = status_.decision.status;
   const bool sound = !isFault(status_.fault) && status_.loss == Loss::none;
   const bool usual =
-      now == DriveStatus::idle || (now == DriveStatus::driving && (status_.handed_over || reason().empty()));
+      now == DriveStatus::idle || (now == DriveStatus::driving && (status_.handed_over || reason_.empty()));
   status.level = now == DriveStatus::faulted ? DiagnosticStatus::ERROR
                  : usual && sound            ? DiagnosticStatus::OK
                                              : DiagnosticStatus::WARN;
-  status.message = now != DriveStatus::driving ? reason()
-                   : reason().empty()          ? "driving"
-                   : usual && sound            ? reason()
-                                               : "driving with a fault: " + reason();
+  status.message = now != DriveStatus::driving ? reason_
+                   : reason_.empty()           ? "driving"
+                   : usual && sound            ? reason_
+                                               : "driving with a fault: " + reason_;
 }
 
 void StatusReport::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& missing,
@@ -175,12 +169,12 @@ DiagnosticsOutput::DiagnosticsOutput(std::string preset, std::string set_point_t
 }
 
 void DiagnosticsOutput::announce() {
-  if (ready_logged_ || reported_->status.decision.status == DriveStatus::driving) {
-    ready_logged_ = true;  // which is reported itself
-  } else if (reported_->missing.empty()) {
-    ready_logged_ = true;
+  if (ready_logged_) return;
+  const bool drives = reported_->status.decision.status == DriveStatus::driving;  // which is reported itself
+  ready_logged_ = drives || reported_->missing.empty();
+  if (ready_logged_ && !drives) {
     ROS_INFO("Ready (%s). Waiting for set points on %s", preset_.c_str(), set_point_topic_.c_str());
-  } else if ((ros::WallTime::now() - started_).toSec() > kSensorPatience) {
+  } else if (!ready_logged_ && (ros::WallTime::now() - started_).toSec() > kSensorPatience) {
     ROS_WARN_ONCE("%s: start the robot's bringup, or the simulation, first", reported_->missing.c_str());
   }
 }
@@ -204,7 +198,6 @@ void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status
   report_.diagnose(status, snapshot.missing, lasted ? snapshot.around.no_subscriber : "");
   status.add("Rejected measurements", snapshot.status.rejected_measurements + snapshot.around.rejected);
   status.add("Master reachable", snapshot.master_reachable ? "yes" : "no");
-  status.add("Free energy", snapshot.free_energy);
 }
 
 }  // namespace jackal_aic

@@ -30,9 +30,6 @@ class StatusReport {
   /// Logs a refused message. @param count number of refused messages.
   static void refused(const std::string& what, std::uint32_t count);
 
-  /// reason(DriveLoopStatus) of the last update.
-  const std::string& reason() const { return reason_; }
-
   /// Level, reason and counters of the last update. @param missing sources without a message since the start, in
   /// words, reported while it is idle. @param no_subscriber text if the commands have no subscriber; else empty.
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& missing = {},
@@ -50,7 +47,7 @@ class StatusReport {
   DriveLoopStatus status_;
   Loss logged_loss_ = Loss::none;            // and not over yet
   StopCause logged_stop_ = StopCause::none;  // for which the robot brakes
-  std::string reason_;
+  std::string reason_;                       // reason(DriveLoopStatus)
 };
 
 /// Log lines and /diagnostics of the node, in another thread than the driving one.
@@ -61,7 +58,6 @@ class DiagnosticsOutput {
     DriveLoopStatus status;
     Surroundings around;
     std::string missing;  ///< as in StatusReport::diagnose()
-    double free_energy = 0.0;
     bool master_reachable = true;
   };
 

@@ -62,25 +62,6 @@ std::string summary(const ControllerState& state) {
   return std::string(kStructures.at(state.structure)) + ", " + statusName(state) + ", " + kDrivers.at(state.driven_by);
 }
 
-/// y_tilde as a message without its header.
-SensorGeneralized sensorMessage(const GeneralizedSensor& measurement) {
-  SensorGeneralized message;
-  takeChannel(measurement, kYawRate, message.yaw_rate);
-  takeChannel(measurement, kWheelLeft, message.wheel_left);
-  takeChannel(measurement, kWheelRight, message.wheel_right);
-  takeChannel(measurement, kAccelerationX, message.acceleration_x);
-  takeChannel(measurement, kAccelerationY, message.acceleration_y);
-  return message;
-}
-
-/// Believed body velocity, without its header. Components outside the belief have kUnknownVariance.
-geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller) {
-  geometry_msgs::TwistWithCovarianceStamped message;
-  message.twist.twist = twistMessage(controller.believedVelocity());
-  fillMotionCovariance(controller.motionCovariance(), kUnknownVariance, message.twist.covariance);
-  return message;
-}
-
 }  // namespace
 
 const char* statusName(const ControllerState& state) {
@@ -137,13 +118,17 @@ StateOutput::StateOutput(ros::NodeHandle& node, const NodeParameters& parameters
 }
 
 void StateOutput::publishMeasurement(const ros::Time& stamp) {
+  GeneralizedSensor y;  // the baseline has none
+  if (const auto* thesis = thesisController(loop_)) y = thesis->measurement();
+  if (const auto* predictive = loop_.predictive()) y = predictive->measurement().vector();
   SensorGeneralized message;
-  if (const auto* thesis = thesisController(loop_)) message = sensorMessage(thesis->measurement());
-  if (const auto* predictive = loop_.predictive()) {
-    message = sensorMessage(GeneralizedSensor(predictive->measurement().vector()));
-  }
   message.header.stamp = stamp;
   message.header.frame_id = frame_;
+  takeChannel(y, kYawRate, message.yaw_rate);
+  takeChannel(y, kWheelLeft, message.wheel_left);
+  takeChannel(y, kWheelRight, message.wheel_right);
+  takeChannel(y, kAccelerationX, message.acceleration_x);
+  takeChannel(y, kAccelerationY, message.acceleration_y);
   measurement_publisher_.publish(message);
 }
 
@@ -152,9 +137,12 @@ void StateOutput::publish(const ros::Time& stamp, const DriveLoopStatus& status,
   fillState(loop_, stamp, message);
   addRemarks(status, around, frame_, message);
   state_publisher_.publish(message);
-  if (loop_.predictive() == nullptr) return;
-  geometry_msgs::TwistWithCovarianceStamped belief = beliefMessage(*loop_.predictive());
+  const PredictiveController* controller = loop_.predictive();
+  if (controller == nullptr) return;
+  geometry_msgs::TwistWithCovarianceStamped belief;
   belief.header = message.header;
+  belief.twist.twist = twistMessage(controller->believedVelocity());
+  fillMotionCovariance(controller->motionCovariance(), kUnknownVariance, belief.twist.covariance);
   belief_publisher_.publish(belief);
 }
 

@@ -59,9 +59,9 @@ std::optional<TurnCoefficients> turnOf(const KeptSlip& p) {
                     p.turn_coefficients.size(), p.turn_covariance.size(), kCoefficients, kTriangle));
   }
   TurnCoefficients turn;
+  turn.mean = Eigen::Map<const Eigen::Vector4d>(p.turn_coefficients.data());
   auto next = p.turn_covariance.begin();
   for (int i = 0; i < turn.mean.size(); ++i) {
-    turn.mean(i) = p.turn_coefficients[static_cast<std::size_t>(i)];
     for (int j = 0; j <= i; ++j) turn.covariance(i, j) = turn.covariance(j, i) = *next++;
   }
   TurnModel(1.0).setCoefficients(turn);
@@ -72,8 +72,8 @@ std::string textOf(const LearnedModel& learned, const LearnedModel& configured) 
   KeptSlip kept{learned.slip, configured.slip};
   const TurnCoefficients turn =
       learned.slip.turn.value_or(TurnModel(learned.slip.slip_factor / learned.slip.effective_track).coefficients());
+  kept.turn_coefficients.assign(turn.mean.data(), turn.mean.data() + turn.mean.size());
   for (int i = 0; i < turn.mean.size(); ++i) {
-    kept.turn_coefficients.push_back(turn.mean(i));
     for (int j = 0; j <= i; ++j) kept.turn_covariance.push_back(turn.covariance(i, j) + 0.0);  // no -0
   }
   std::string text = "# What the predictive controller learned; read at its start, rewritten while it runs.\n" +

@@ -9,7 +9,7 @@
 namespace jackal_aic {
 namespace {
 
-const ros::Duration kKeepPeriod(10.0);  // of writing the learned file
+const ros::WallDuration kWritingPeriod(10.0);  // of the learned file
 
 void logCertificate(const NodeParameters& parameters) {
   if (!parameters.plant_model) {
@@ -51,11 +51,12 @@ void LoopExchange::send(const DriveLoop& loop) {
   if (lock && loop.predictive() != nullptr) learned_ = loop.predictive()->learned();
 }
 
-LiveParameterServer::LiveParameterServer(const ros::NodeHandle& node, const NodeParameters& parameters,
-                                         LoopExchange& loop)
+LiveParameterServer::LiveParameterServer(ros::NodeHandle node, const NodeParameters& parameters, LoopExchange& loop)
     : parameters_(parameters), loop_(loop), configured_(loop.learned()) {
   if (const auto* gains = std::get_if<ControllerParameters>(&parameters.controller)) {
     thesis_gains_.emplace(node, "controller", *gains, [this](const auto& wanted) { adopt(wanted); });
+    // A robot's file may name it with any preset.
+    if (!parameters.slip_file.empty()) ROS_WARN("slip.file is not used: only preset:=predictive learns");
   } else if (const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller)) {
     predictive_gains_.emplace(node, "predictive", *predictive, [this](PredictiveParameters wanted) {
       static_cast<SensorNoise&>(wanted) = std::get<PredictiveParameters>(parameters_.controller);
@@ -66,16 +67,14 @@ LiveParameterServer::LiveParameterServer(const ros::NodeHandle& node, const Node
       static_cast<SensorNoise&>(gains) = wanted;
       adopt(gains);
     });
-    freeze_service_ = ros::NodeHandle(node).advertiseService("freeze_learning", &LiveParameterServer::onFreeze, this);
-    save_service_ = ros::NodeHandle(node).advertiseService("save_learned_model", &LiveParameterServer::onSave, this);
-    if (learns()) readLearned();
-  } else {
-    return;
+    freeze_service_ = node.advertiseService("freeze_learning", &LiveParameterServer::onFreeze, this);
+    save_service_ = node.advertiseService("save_learned_model", &LiveParameterServer::onSave, this);
+    if (learns()) {
+      readLearned();
+      writing_ = node.createWallTimer(kWritingPeriod, [this](const ros::WallTimerEvent&) { writeLearned(); });
+    }
   }
-  logCertificate(parameters);
-  if (thesis_gains_ && !parameters.slip_file.empty()) {  // a robot's file may name it with any preset
-    ROS_WARN("slip.file is not used: only preset:=predictive learns");
-  }
+  if (thesis_gains_ || predictive_gains_) logCertificate(parameters);
 }
 
 LiveParameterServer::~LiveParameterServer() {
@@ -89,12 +88,6 @@ void LiveParameterServer::adopt(const Gains& wanted) {
   logCertificate(changed);
   loop_.request(GainsInput{wanted});
   parameters_.controller = changed.controller;
-}
-
-void LiveParameterServer::keep(const ros::Time& now) {
-  if (!learns() || (now >= kept_ && now - kept_ < kKeepPeriod)) return;
-  kept_ = now;
-  writeLearned();
 }
 
 /// The robot drives although the file cannot be used.
@@ -134,7 +127,7 @@ bool LiveParameterServer::onSave(std_srvs::Trigger::Request&, std_srvs::Trigger:
   return true;
 }
 
-DriveServices serveDriving(ros::NodeHandle node, LoopExchange& loop) {
+std::array<ros::ServiceServer, 2> serveDriving(ros::NodeHandle node, LoopExchange& loop) {
   using std_srvs::SetBool;
   using std_srvs::Trigger;
   const auto enable = [&loop](SetBool::Request& request, SetBool::Response& response) {

@@ -76,19 +76,14 @@ Config rangeOf(const Parameters& parameters, double Bounds::*side, const Config&
 template <class Parameters, class Config>
 class GainServer {
  public:
-  /// Adopts gains. Throws ParameterError with the reason of a refusal.
-  using Adopt = std::function<void(const Parameters& wanted)>;
-
   /// @param node the controller's namespace; @param section of the parameters in it; @param running gains at the start;
-  /// @param adopt called for every change. What was taken over or refused is logged by name, and the client of a
-  /// refused change gets the running gains back.
-  GainServer(const ros::NodeHandle& node, const std::string& section, const Parameters& running, Adopt adopt)
+  /// @param adopt called for every change, throws ParameterError to refuse it. What was taken over or refused is logged
+  /// by name, and the client of a refused change gets the running gains back.
+  GainServer(const ros::NodeHandle& node, const std::string& section, const Parameters& running,
+             std::function<void(const Parameters& wanted)> adopt)
       : section_(section), running_(running), adopt_(std::move(adopt)), server_({node, section}) {
-    Config low, high;
-    server_.getConfigMin(low);
-    server_.getConfigMax(high);
-    server_.setConfigMin(rangeOf(running_, &Bounds::low, low));
-    server_.setConfigMax(rangeOf(running_, &Bounds::high, high));
+    server_.setConfigMin(rangeOf(running_, &Bounds::low, Config::__getMin__()));
+    server_.setConfigMax(rangeOf(running_, &Bounds::high, Config::__getMax__()));
     server_.setCallback([this](Config& config, std::uint32_t level) {
       constexpr std::uint32_t kAtStart = ~0u;  // the server calls when it gets its callback
       if (level != kAtStart) onRequest(settingsOf(config));
@@ -123,7 +118,7 @@ class GainServer {
 
   std::string section_;
   Parameters running_;
-  Adopt adopt_;
+  std::function<void(const Parameters& wanted)> adopt_;
   dynamic_reconfigure::Server<Config> server_;
 };
 
@@ -158,17 +153,15 @@ class LoopExchange {
 /// namespace until it is destroyed; the baseline has none. thesis: dynamic_reconfigure of the gains in `controller`;
 /// predictive: in `predictive` and `sensors`, and the services freeze_learning (std_srvs/SetBool), which stops and
 /// resumes learning, and save_learned_model (std_srvs/Trigger), which writes the learned file at once. With such a file
-/// (slip.file) what was learned outlives the process; a file that cannot be read or written is a warning.
+/// (slip.file), written every 10 s, what was learned outlives the process; a file that cannot be read or written is a
+/// warning.
 class LiveParameterServer {
  public:
   /// @param node the namespace; @param parameters of the node; @param loop has to outlive the server.
-  LiveParameterServer(const ros::NodeHandle& node, const NodeParameters& parameters, LoopExchange& loop);
+  LiveParameterServer(ros::NodeHandle node, const NodeParameters& parameters, LoopExchange& loop);
   ~LiveParameterServer();
   LiveParameterServer(const LiveParameterServer&) = delete;
   LiveParameterServer& operator=(const LiveParameterServer&) = delete;
-
-  /// To be called regularly by the serving thread: writes the learned file every 10 s, if there is one.
-  void keep(const ros::Time& now);
 
  private:
   bool learns() const { return predictive_gains_ && !parameters_.slip_file.empty(); }  // into a file
@@ -181,20 +174,17 @@ class LiveParameterServer {
   NodeParameters parameters_;  // with the gains in force
   LoopExchange& loop_;
   LearnedModel configured_;
-  ros::Time kept_;  // time of the last write
+  ros::WallTimer writing_;  // of the learned file
   ros::ServiceServer freeze_service_, save_service_;
   std::optional<GainServer<ControllerParameters, ControllerGainsConfig>> thesis_gains_;
   std::optional<GainServer<PredictiveParameters, PredictiveGainsConfig>> predictive_gains_;
   std::optional<GainServer<SensorNoise, SensorNoiseConfig>> variances_;
 };
 
-/// Services enable and reset.
-using DriveServices = std::array<ros::ServiceServer, 2>;
-
 /// Serves enable and reset in a namespace. enable (std_srvs/SetBool): false brakes the robot and holds it at rest
 /// (StopCause::disabled), true permits driving again, by restart_after_stop. reset (std_srvs/Trigger) restarts a robot
 /// at rest (DriveLoop::start()). It forgets motion and faults, and keeps the learned model, the reported status and the
 /// pose of the odometry.
-DriveServices serveDriving(ros::NodeHandle node, LoopExchange& loop);
+std::array<ros::ServiceServer, 2> serveDriving(ros::NodeHandle node, LoopExchange& loop);
 
 }  // namespace jackal_aic

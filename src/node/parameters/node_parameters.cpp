@@ -19,9 +19,8 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
   if (radius_given && track_given) return;
   const std::string urdf = robot_description();
   if (urdf.empty()) {
-    throw ParameterError(
-        std::string(radius_given ? "robot.effective_track" : "robot.wheel_radius") +
-        ": not given, and robot_description is not set to take it from: start the robot's bringup first");
+    throw ParameterError(std::string(radius_given ? "robot.effective_track" : "robot.wheel_radius") +
+                         ": not given, and robot_description is not set to take it from");
   }
   const UrdfGeometry wheels = readUrdfGeometry(urdf, parameters.robot.left_wheel_joints,
                                                parameters.robot.right_wheel_joints, parameters.robot.base_frame);
@@ -35,22 +34,25 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
 }
 
 decltype(DriveParameters::controller) readGains(ParameterMap& map, const SensorNoise& sensors) {
-  const bool thesis = map.hasSection("controller"), predictive = map.hasSection("predictive");
-  const bool open_loop = map.hasSection("diff_drive");
-  if (thesis + predictive + open_loop > 1) {
-    throw ParameterError(std::string(thesis ? "controller.*" : "predictive.*") + " and " +
-                         (open_loop ? "diff_drive.*" : "predictive.*") +
-                         ": both given, but one controller runs; load one preset");
+  std::vector<std::string> given;
+  for (const char* section : {"controller", "predictive", "diff_drive"}) {
+    if (map.hasSection(section)) given.emplace_back(section);
   }
-  if (predictive) {
+  if (given.empty()) {
+    throw ParameterError(
+        "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
+  }
+  if (given.size() > 1) {
+    throw ParameterError(given.front() + ".* and " + given.back() +
+                         ".*: both given, but one controller runs; load one preset");
+  }
+  if (given[0] == "predictive") {
     PredictiveParameters defaults;
     static_cast<SensorNoise&>(defaults) = sensors;
     return readParameters(map, "predictive", defaults);
   }
-  if (open_loop) return readParameters<DifferentialDriveParameters>(map, "diff_drive");
-  if (thesis) return readParameters<ControllerParameters>(map, "controller");
-  throw ParameterError(
-      "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
+  if (given[0] == "diff_drive") return readParameters<DifferentialDriveParameters>(map, "diff_drive");
+  return readParameters<ControllerParameters>(map, "controller");
 }
 
 FaultParameters readFaults(ParameterMap& map, const SensorNoise& sensors) {
@@ -73,20 +75,6 @@ std::string readSlipFile(ParameterMap& map) {
 void requireFrame(const char* key, const std::string& frame) {
   if (frame.find_first_not_of('/') != std::string::npos) return;
   throw ParameterError(std::string(key) + " = " + quoted(frame) + ": must be the name of a frame");
-}
-
-std::string robotText(const NodeParameters& parameters) {
-  std::vector<Field> robot = fieldsOf(parameters.geometry);
-  for (Field& field : fieldsOf(parameters.robot)) robot.push_back(std::move(field));
-  return yamlBlock("robot", robot);
-}
-
-std::string plantModelText(const NodeParameters& parameters) {
-  std::vector<Field> model = fieldsOf(*parameters.plant_model);
-  for (Field& field : model) {
-    if (field.name == "robot") field.value = parameters.robot_name;
-  }
-  return yamlBlock("plant_model", model);
 }
 
 /// Runs a reader of the file's keys; its errors name the file.
@@ -154,8 +142,16 @@ std::string configurationText(const NodeParameters& parameters) {
   } else if (parameters.faults) {
     text += yamlBlock<SensorNoise>("sensors", *parameters.faults);
   }
-  text += robotText(parameters);
-  if (parameters.plant_model) text += plantModelText(parameters);
+  std::vector<Field> robot = fieldsOf(parameters.geometry);
+  for (Field& field : fieldsOf(parameters.robot)) robot.push_back(std::move(field));
+  text += yamlBlock("robot", robot);
+  if (parameters.plant_model) {
+    std::vector<Field> model = fieldsOf(*parameters.plant_model);
+    for (Field& field : model) {
+      if (field.name == "robot") field.value = parameters.robot_name;
+    }
+    text += yamlBlock("plant_model", model);
+  }
   const GateParameters& gate = parameters.gate;
   text += yamlBlock("odometry", parameters.odometry) + yamlBlock("limits", gate.limits) +
           yamlBlock("deadlines", gate.deadlines) + yamlBlock("brake", gate.brake) +
@@ -176,16 +172,17 @@ std::string configurationText(const NodeParameters& parameters) {
 std::string describeRobot(const NodeParameters& parameters) {
   if (!parameters.plant_model) return "No plant model: no fault detection by prediction";
   const PlantModel& model = *parameters.plant_model;
-  const std::string text = fmt::format(
+  std::string text = fmt::format(
       "Plant model: {}{}, {}dead time {:g} s, lag {:g} s, gain {:g}, offset {:g} rad/s, acceleration limit {:g} m/s^2",
       parameters.robot_name.empty() ? "robot without a name" : shortened(parameters.robot_name),
       model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time, model.lag,
       model.gain, model.offset, model.acceleration_limit);
-  if (model.identified) return text;
-  return text + fmt::format(
-                    ". Assumed plant model: acceleration limited to {:g} m/s^2, fault thresholds relaxed. Run "
-                    "identify.launch",
-                    drivenModel(model).acceleration_limit);
+  if (!model.identified) {
+    text += fmt::format(
+        ". Assumed plant model: acceleration limited to {:g} m/s^2, fault thresholds relaxed. Run identify.launch",
+        drivenModel(model).acceleration_limit);
+  }
+  return text;
 }
 
 NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {

@@ -12,10 +12,6 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
-double number(XmlRpcValue& value) {
-  return value.getType() == XmlRpcValue::TypeInt ? static_cast<int>(value) : static_cast<double>(value);
-}
-
 /// A text, or the number in it: rosparam, with YAML 1.1, reads 1.0e+8 as a number but 1e8 as a text.
 ParameterValue textOf(XmlRpcValue& value) {
   const auto& text = static_cast<std::string&>(value);
@@ -26,16 +22,23 @@ ParameterValue textOf(XmlRpcValue& value) {
   return text;
 }
 
+ParameterValue scalarOf(XmlRpcValue& value, const std::string& key) {
+  const XmlRpcValue::Type type = value.getType();
+  if (type == XmlRpcValue::TypeBoolean) return static_cast<bool>(value);
+  if (type == XmlRpcValue::TypeInt) return static_cast<std::int64_t>(static_cast<int>(value));
+  if (type == XmlRpcValue::TypeDouble) return static_cast<double>(value);
+  if (type == XmlRpcValue::TypeString) return textOf(value);
+  throw ParameterError(shortened(key) + ": expected true or false, a number, a text or a flat list");
+}
+
 ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
   std::vector<double> numbers;
   std::vector<std::string> words;
   for (int i = 0; i < list.size(); ++i) {
-    const XmlRpcValue::Type type = list[i].getType();
-    if (type == XmlRpcValue::TypeInt || type == XmlRpcValue::TypeDouble) numbers.push_back(number(list[i]));
-    if (type != XmlRpcValue::TypeString) continue;
-    const ParameterValue text = textOf(list[i]);
-    if (const auto* real = std::get_if<double>(&text)) numbers.push_back(*real);
-    if (const auto* word = std::get_if<std::string>(&text)) words.push_back(*word);
+    const ParameterValue item = scalarOf(list[i], key);
+    if (const auto* whole = std::get_if<std::int64_t>(&item)) numbers.push_back(static_cast<double>(*whole));
+    if (const auto* real = std::get_if<double>(&item)) numbers.push_back(*real);
+    if (const auto* word = std::get_if<std::string>(&item)) words.push_back(*word);
   }
   const auto size = static_cast<std::size_t>(list.size());
   if (numbers.size() == size) return numbers;
@@ -44,25 +47,12 @@ ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
 }
 
 void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
-  const XmlRpcValue::Type type = value.getType();
-  if (type == XmlRpcValue::TypeStruct) {
-    // As in a file; a namespace without any parameter is left out.
-    if (value.size() == 0 && !key.empty())
-      throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
-    for (auto& entry : value) addValue(entry.second, key.empty() ? entry.first : key + "." + entry.first, map);
-  } else if (type == XmlRpcValue::TypeBoolean) {
-    map.set(key, static_cast<bool>(value));
-  } else if (type == XmlRpcValue::TypeInt) {
-    map.set(key, static_cast<std::int64_t>(static_cast<int>(value)));
-  } else if (type == XmlRpcValue::TypeDouble) {
-    map.set(key, static_cast<double>(value));
-  } else if (type == XmlRpcValue::TypeString) {
-    map.set(key, textOf(value));
-  } else if (type == XmlRpcValue::TypeArray) {
-    map.set(key, listOf(value, key));
-  } else {
-    throw ParameterError(shortened(key) + ": expected true or false, a number, a text or a flat list");
-  }
+  if (value.getType() == XmlRpcValue::TypeArray) return map.set(key, listOf(value, key));
+  if (value.getType() != XmlRpcValue::TypeStruct) return map.set(key, scalarOf(value, key));
+  // As in a file; a namespace without any parameter is left out.
+  if (value.size() == 0 && !key.empty())
+    throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
+  for (auto& entry : value) addValue(entry.second, key.empty() ? entry.first : key + "." + entry.first, map);
 }
 
 }  // namespace

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <variant>
 
-#include "process/shutdown.hpp"
-
 namespace jackal_aic {
 namespace {
 
 constexpr double kClockPeriod = 0.5;    // s of wall time between checks of the clock
-constexpr double kReportPeriod = 0.05;  // s of wall time between log lines, and checks of the learned file
+constexpr double kPatience = 0.5;       // s; beyond the longest brake
+constexpr double kReportPeriod = 0.05;  // s of wall time between log lines
 
 ros::NodeHandle withQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
   node.setCallbackQueue(&queue);
@@ -44,10 +43,10 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
       request_thread_(1, &requests_) {
   set_points_.requireForeign(output_.topics());
   if (parameters.motors_shared) {
-    applied_.emplace(node_, parameters.geometry, [this](const WheelCommand& command, AppliedSource source) {
-      loop_.applied(command, source, currentTime());
-    });
-    set_points_.requireForeign(applied_->topics());
+    applied_ = subscribeToApplied(
+        node_, parameters.geometry,
+        [this](const WheelCommand& command, AppliedSource source) { loop_.applied(command, source, currentTime()); });
+    set_points_.requireForeign({applied_[0].getTopic(), applied_[1].getTopic()});
   }
   const auto no_delay = ros::TransportHints().tcpNoDelay();
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
@@ -58,10 +57,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   // A clock that is set back stalls the action timer until the timer is set again.
   clock_timer_ =
       node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
-  const auto report = [this](const ros::WallTimerEvent&) {
-    diagnostics_.publish();
-    live_parameters_.keep(ros::Time::now());
-  };
+  const auto report = [this](const ros::WallTimerEvent&) { diagnostics_.publish(); };
   report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), report);
   others_.watch(withQueue(node_, requests_));
   changes_.apply(loop_, currentTime());  // of the learned file
@@ -94,7 +90,6 @@ void ControllerNode::onFeedback(const ros::Time& stamp) {
     ROS_FATAL(
         "output = gazebo: for simulations only, but a robot publishes /feedback: use output: twist. Its wheels would "
         "keep their last speed if this node died");
-    StopRequest::request();
   }
   loop_.receiveFeedback(stamp.toSec(), currentTime());
 }
@@ -116,7 +111,7 @@ void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   if (inputs_) inputs_->publish(last_now_);
   const DriveLoopStatus status = loop_.status();
   const Surroundings around{contender(), no_subscriber_, others_.contended(), rejected_readings_};
-  diagnostics_.post({status, around, missing(), loop_.controller().freeEnergy(), others_.masterReachable()});
+  diagnostics_.post({status, around, missing(), others_.masterReachable()});
   if (command) {
     // Zero would keep the robot from following the other publisher.
     if (!others_.contended() || *command != WheelCommand{}) output_.publish(*command);
@@ -145,8 +140,20 @@ RobotStatus ControllerNode::robotStatus() const {
   return status;
 }
 
-void ControllerNode::publishStop() {
+bool ControllerNode::run(StopRequest& stop) {
+  stop.spinWhile([this] { return !StopRequest::requested() && !refused_; });
+  ending_ = true;
+  const auto at_rest = [this] { return loop_.command() == WheelCommand{}; };
+  // A paused simulation never comes to rest.
+  stop.spinWhile([&] { return !at_rest(); }, parameters_.gate.brake.time + kPatience);
   if (!others_.contended()) output_.publish({});
+  if (at_rest()) {
+    ROS_INFO("Stopping; wheels at zero");
+  } else {
+    ROS_WARN("Stopping before the wheels are at rest: the clock stands still, or the machine is too busy");
+  }
+  stop.flush();
+  return !refused_;
 }
 
 double ControllerNode::currentTime() {

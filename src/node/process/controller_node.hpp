@@ -10,6 +10,7 @@
 #include <tf2/buffer_core.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -28,6 +29,7 @@
 #include "outputs/state_output.hpp"
 #include "parameters/live_parameters.hpp"
 #include "parameters/node_parameters.hpp"
+#include "process/shutdown.hpp"
 
 namespace jackal_aic {
 
@@ -39,17 +41,9 @@ class ControllerNode {
   /// @throws ParameterError if the set point comes from a topic on which our own commands come back.
   ControllerNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const NodeParameters& parameters);
 
-  /// Brakes from now on, for the end of the node. The timers have to be served until atRest().
-  void brake() { ending_ = true; }
-
-  /// True if the last command was zero.
-  bool atRest() const { return loop_.command() == WheelCommand{}; }
-
-  /// True if the output does not suit the robot: the node has logged it and ends.
-  bool refused() const { return refused_; }
-
-  /// Publishes a zero command, for the end of the node; nothing while another node drives the motors.
-  void publishStop();
+  /// Drives until the end is requested, then brakes and publishes zero; nothing while another node drives the motors.
+  /// @returns false if the output does not suit the robot: the node has logged it.
+  bool run(StopRequest& stop);
 
  private:
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
@@ -79,14 +73,14 @@ class ControllerNode {
   std::unique_ptr<InputLog> inputs_;  // with publish_inputs; made before the first input of the loop
   StateOutput state_;
   LiveParameterServer live_parameters_;
-  DriveServices drive_services_;
+  std::array<ros::ServiceServer, 2> drive_services_;  // enable and reset
   CommandOutput output_;
   OdometryOutput odometry_;
   tf2::BufferCore frames_;
   tf2_ros::TransformListener frame_listener_;
   SensorPairing sensors_;
   RobotReports robot_;
-  std::optional<AppliedCommands> applied_;  // if another source may drive
+  std::array<ros::Subscriber, 2> applied_;  // if another source may drive
   SetPointSource set_points_;
   OtherPublishers others_;
   ros::Time last_now_;         // of the last callback, to notice a clock that jumps back

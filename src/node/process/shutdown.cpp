@@ -51,8 +51,6 @@ StopRequest::StopRequest() {
   ros::XMLRPCManager::instance()->bind("shutdown", onShutdownRequest);
 }
 
-void StopRequest::request() { end_requested = true; }
-
 bool StopRequest::requested() { return end_requested; }
 
 void StopRequest::waitIfNameTaken() {

@@ -15,9 +15,6 @@ class StopRequest {
   /// Installs the signal handlers and takes over the master's shutdown request.
   StopRequest();
 
-  /// Requests the end from within the process.
-  static void request();
-
   /// True once the end is requested.
   static bool requested();
 
