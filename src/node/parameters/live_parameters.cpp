@@ -9,7 +9,7 @@
 namespace jackal_aic {
 namespace {
 
-const ros::WallDuration kWritingPeriod(10.0);  // of the learned file
+const ros::Duration kWritingPeriod(10.0);  // of the learned file
 
 void logCertificate(const NodeParameters& parameters) {
   if (!parameters.plant_model) {
@@ -71,7 +71,7 @@ LiveParameterServer::LiveParameterServer(ros::NodeHandle node, const NodeParamet
     save_service_ = node.advertiseService("save_learned_model", &LiveParameterServer::onSave, this);
     if (learns()) {
       readLearned();
-      writing_ = node.createWallTimer(kWritingPeriod, [this](const ros::WallTimerEvent&) { writeLearned(); });
+      writing_ = node.createTimer(kWritingPeriod, [this](const ros::TimerEvent&) { writeLearned(); });
     }
   }
   if (thesis_gains_ || predictive_gains_) logCertificate(parameters);

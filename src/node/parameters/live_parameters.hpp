@@ -174,7 +174,7 @@ class LiveParameterServer {
   NodeParameters parameters_;  // with the gains in force
   LoopExchange& loop_;
   LearnedModel configured_;
-  ros::WallTimer writing_;  // of the learned file
+  ros::Timer writing_;  // of the learned file
   ros::ServiceServer freeze_service_, save_service_;
   std::optional<GainServer<ControllerParameters, ControllerGainsConfig>> thesis_gains_;
   std::optional<GainServer<PredictiveParameters, PredictiveGainsConfig>> predictive_gains_;
