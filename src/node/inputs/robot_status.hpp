@@ -15,8 +15,6 @@
 #include <array>
 #include <functional>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/safety/drive_input.hpp"

@@ -17,7 +17,8 @@ ParameterValue textOf(XmlRpcValue& value) {
   const auto& text = static_cast<std::string&>(value);
   char* end = nullptr;
   const double number = std::strtod(text.c_str(), &end);
-  const bool exponential = text.find_first_not_of("0123456789+-.eE") == std::string::npos;
+  const bool exponential =
+      text.find_first_of("eE") != std::string::npos && text.find_first_not_of("0123456789+-.eE") == std::string::npos;
   if (exponential && end != text.c_str() && *end == '\0') return number;
   return text;
 }
