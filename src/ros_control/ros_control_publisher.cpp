@@ -20,17 +20,14 @@ void setDiagonal(boost::array<double, 36>& covariance, const std::array<double, 
 RosControlPublisher::RosControlPublisher(const ros::NodeHandle& robot, const ros::NodeHandle& controller,
                                          const RosControlParameters& parameters, const OdometryUpdate& initial)
     : base_frame_(parameters.drive.robot.base_frame),
-      pose_covariance_given_(parameters.pose_covariance_diagonal.has_value()),
-      twist_covariance_given_(parameters.twist_covariance_diagonal.has_value()),
+      pose_covariance_(parameters.pose_covariance_diagonal),
+      twist_covariance_(parameters.twist_covariance_diagonal),
       report_(parameters.drive.gate.deadlines.set_point),
       // The full name with the slash of a node's, because the updater drops the first character.
       diagnostics_(robot, controller, controller.getNamespace()),
       odometry_updates_(initial) {
   odometry_.header.frame_id = parameters.odom_frame_id;
   odometry_.child_frame_id = base_frame_;
-  if (pose_covariance_given_) setDiagonal(odometry_.pose.covariance, *parameters.pose_covariance_diagonal);
-  if (twist_covariance_given_) setDiagonal(odometry_.twist.covariance, *parameters.twist_covariance_diagonal);
-
   ros::NodeHandle node(controller);
   odometry_publisher_ = node.advertise<nav_msgs::Odometry>("odom", 100);
   state_publisher_ = node.advertise<ControllerState>("state", 10);
@@ -70,17 +67,15 @@ void RosControlPublisher::run() {
 
 void RosControlPublisher::publish(const OdometryUpdate& update) {
   odometry_.header.stamp = update.state.header.stamp;
-  fillOdometry(update.pose, update.motion, odometry_);
-  if (!pose_covariance_given_) fillPoseCovariance(update.pose_covariance, odometry_);
-  if (!twist_covariance_given_)
-    fillMotionCovariance(update.motion.covariance, kSmallVariance, odometry_.twist.covariance);
+  fillOdometry(update.pose, update.pose_covariance, update.motion, odometry_);
+  if (pose_covariance_) setDiagonal(odometry_.pose.covariance, *pose_covariance_);
+  if (twist_covariance_) setDiagonal(odometry_.twist.covariance, *twist_covariance_);
   odometry_publisher_.publish(odometry_);
   if (update.transform) broadcaster_.sendTransform(transformOf(odometry_));
-  report_.settle();
   if (report_.update(update.status, "")) diagnostics_.force_update();
   diagnostics_.update();
   ControllerState state = update.state;
-  addRemarks({report_.reason(), "", false, 0, update.status.suspicion}, base_frame_, state);
+  addRemarks(update.status, {}, base_frame_, state);
   state_publisher_.publish(state);
 }
 

@@ -13,14 +13,15 @@
 
 #include <array>
 #include <atomic>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "jackal_aic/safety/drive_loop.hpp"
+#include "latest.hpp"
 #include "outputs/diagnostics.hpp"
 #include "outputs/odometry_output.hpp"
 #include "outputs/state_output.hpp"
-#include "process/latest.hpp"
 #include "ros_control_parameters.hpp"
 
 namespace jackal_aic {
@@ -61,9 +62,8 @@ class RosControlPublisher {
   void publish(const CommandUpdate& update);
 
   std::string base_frame_;
-  nav_msgs::Odometry odometry_;  // with its constant fields
-  bool pose_covariance_given_;
-  bool twist_covariance_given_;
+  nav_msgs::Odometry odometry_;                                              // with its constant fields
+  std::optional<std::array<double, 6>> pose_covariance_, twist_covariance_;  // diagonals, if they are configured
   ros::Publisher odometry_publisher_;
   tf2_ros::TransformBroadcaster broadcaster_;
   ros::Publisher command_publisher_;  // with publish_cmd

@@ -21,9 +21,6 @@ constexpr double kEarly = 0.002;
 /// Largest age of an IMU sample that is paired with the wheels [s]: both arrive at 50 Hz.
 constexpr double kPairingAge = 0.03;
 
-/// Wall time between checks for writing the learned model [s].
-constexpr double kKeepPeriod = 1.0;
-
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
 /// Part of the sensors' period after which unchanged wheel speeds are sampled.
@@ -80,8 +77,8 @@ bool RosController::init(hardware_interface::VelocityJointInterface* hw, ros::No
     parameters_.odom_frame_id = prefixedFrame(prefix, parameters_.odom_frame_id);
     loop_.emplace(parameters_.drive, makeController(parameters_.drive));
     odometry_.emplace(makeOdometry(parameters_.drive, *loop_));
-    changes_.send(*loop_);
-    live_parameters_ = serveLiveParameters(controller_nh, parameters_.drive, changes_);
+    changes_.emplace(*loop_);
+    live_parameters_.emplace(controller_nh, parameters_.drive, *changes_);
   } catch (const ParameterError& error) {
     ROS_ERROR_NAMED(name_, "%s: %s", name_.c_str(), error.what());
     return false;
@@ -117,35 +114,16 @@ void RosController::subscribe(ros::NodeHandle& robot, ros::NodeHandle& controlle
       },
       [this](const RobotStatus& status) {
         const std::lock_guard<std::mutex> lock(callbacks_);
-        robot_status_ = status;
-        postStatus();
+        robot_states_.write(status);
       });
   command_source_.emplace(controller, "cmd_vel", 1, [this](const SetPointInput& command) { onCommand(command); });
   others_.emplace(std::vector<std::string>{}, robot_->emergencyStop(), *command_source_);
   others_->watch(robot, true);
 }
 
-/// With callbacks_ locked.
-void RosController::postStatus() {
-  RobotStatus status = robot_status_;
-  status.disabled = !enabled_;
-  robot_states_.write(status);
-}
-
 void RosController::serveChanges(ros::NodeHandle& controller) {
   live_server_.emplace(controller, "", parameters_.live, [this](const auto& wanted) { adoptLive(wanted); });
-  const auto enable = [this](bool enabled) {
-    const std::lock_guard<std::mutex> lock(callbacks_);
-    enabled_ = enabled;
-    postStatus();
-  };
-  const auto reset = [this] {
-    const std::lock_guard<std::mutex> lock(callbacks_);
-    resets_.write(true);
-  };
-  services_.emplace(controller, DriveServices::Actions{enable, [this] { return resting_.load(); }, reset});
-  keep_timer_ = controller.createWallTimer(
-      ros::WallDuration(kKeepPeriod), [this](const ros::WallTimerEvent&) { live_parameters_->keep(ros::Time::now()); });
+  drive_services_ = serveDriving(controller, *changes_);
 }
 
 void RosController::adoptLive(const LiveParameters& wanted) {
@@ -168,7 +146,8 @@ void RosController::onCommand(const SetPointInput& command) {
     return;
   }
   SetPointInput input = command;
-  const auto publishers = command_source_->publishers();
+  std::uint32_t publishers = 0;
+  for (const ros::Subscriber& subscriber : command_source_->subscribers()) publishers += subscriber.getNumPublishers();
   if (!parameters_.allow_multiple_cmd_vel_publishers && publishers > 1) {
     ROS_ERROR_THROTTLE_NAMED(1.0, name_, "Detected %u publishers. Only 1 publisher is allowed. Going to brake.",
                              publishers);
@@ -211,11 +190,12 @@ void RosController::update(const ros::Time& time, const ros::Duration& period) {
   const WheelCommand applied = loop_->command();  // until now
   const std::optional<Observation> measured = takeMeasurement(now, period.toSec());
   // The steps of an action are due slightly before their update, so that an early update runs them.
-  first_update_ ? loop_->advance(now, now - kEarly) : loop_->advance(now);
+  const auto action = first_update_ ? loop_->advance(now, now - kEarly) : loop_->advance(now);
+  // A fault that stops the robot is reported with the stop.
+  if (action) update_.status = loop_->status();
   first_update_ = false;
   drive(loop_->command());
-  resting_ = DriveServices::resting(loop_->command());
-  changes_.send(*loop_);
+  changes_->send(*loop_);
   advanceOdometry(applied, std::max(0.0, now - now_));
   if (measured) odometry_->observe(asCounted(*measured, *loop_));
   now_ = now;
@@ -231,9 +211,7 @@ void RosController::followClockBack(double now) {
 
 void RosController::takeSettings(double now) {
   if (const LiveParameters* wanted = settings_.read()) takeLive(*wanted, now);
-  changes_.apply(*loop_, now);
-  if (resets_.read()) {
-    loop_->start({}, now);
+  if (changes_->apply(*loop_, now)) {
     odometry_->resetMotion();
     first_update_ = true;
   }
@@ -250,6 +228,7 @@ void RosController::takeLive(const LiveParameters& wanted, double now) {
 
 void RosController::takeMessages(double now) {
   if (const RobotStatus* status = robot_states_.read()) status_ = *status;
+  status_.disabled = !changes_->enabled();
   status_.graph_checked = others_->checked();
   status_.set_points_connected = others_->setPointsConnected();
   loop_->report(status_, now);
@@ -332,13 +311,8 @@ Observation RosController::observe(const Wheels& wheels, double now) {
   y.valid.yaw_rate = y.valid.acceleration = false;
   reading.sample.head<4>() << wheels.left, wheels.right, wheels.left_position, wheels.right_position;
   loop_->receiveWheels(reading, now);
-  const bool paired = imu_ && std::abs(now - imu_->stamp) <= kPairingAge;
-  if (paired) {
-    y = *imu_;
-    y.stamp = now;
-    y.wheel_left = wheels.left;
-    y.wheel_right = wheels.right;
-    y.valid.wheel_left = y.valid.wheel_right = true;
+  if (imu_ && std::abs(now - imu_->stamp) <= kPairingAge) {
+    y = paired(y, *imu_);
     loop_->observe(y, now);
   }
   return y;
@@ -363,7 +337,6 @@ void RosController::publish(const ros::Time& time) {
   update.motion = open_loop ? commanded_motion_ : odometry_->motion();
   update.transform = live_.enable_odom_tf;
   fillState(*loop_, time, update.state);
-  update.status = loop_->status();
   publisher_->post(update);
 }
 

@@ -12,9 +12,8 @@
 #include <tf2/buffer_core.h>
 #include <tf2_ros/transform_listener.h>
 
-#include <atomic>
+#include <array>
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -26,8 +25,8 @@
 #include "inputs/set_points.hpp"
 #include "jackal_aic/odometry/odometry.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
+#include "latest.hpp"
 #include "parameters/live_parameters.hpp"
-#include "process/latest.hpp"
 #include "ros_control_parameters.hpp"
 #include "ros_control_publisher.hpp"
 
@@ -77,7 +76,6 @@ class RosController : public controller_interface::Controller<hardware_interface
   void onCommand(const SetPointInput& command);
   void onImu(const sensor_msgs::Imu& message);
   void adoptLive(const LiveParameters& wanted);
-  void postStatus();
 
   Wheels wheels() const;
   void followClockBack(double now);
@@ -121,13 +119,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   Latest<double> feedback_stamps_;
   Latest<RobotStatus> robot_states_;
   Latest<LiveParameters> settings_;
-  LoopExchange changes_;
-  Latest<bool> resets_;
-  bool enabled_ = true;       // for the callbacks only
-  RobotStatus robot_status_;  // the same
-
-  // The other way.
-  std::atomic<bool> resting_{true};
+  std::optional<LoopExchange> changes_;
 
   tf2::BufferCore frames_;
   std::optional<tf2_ros::TransformListener> frame_listener_;
@@ -138,9 +130,8 @@ class RosController : public controller_interface::Controller<hardware_interface
   std::optional<OtherPublishers> others_;
   ros::Subscriber imu_subscriber_;
   std::optional<GainServer<LiveParameters, RosControllerConfig>> live_server_;
-  std::unique_ptr<LiveParameterServer> live_parameters_;
-  std::optional<DriveServices> services_;
-  ros::WallTimer keep_timer_;
+  std::optional<LiveParameterServer> live_parameters_;
+  std::array<ros::ServiceServer, 2> drive_services_;  // enable and reset
 };
 
 }  // namespace jackal_aic

@@ -173,14 +173,9 @@ int analyze(const std::vector<std::string>& arguments, std::ostream& out) {
       given.count("plant") > 0 ? readPlantModelFile(given["plant"].as<std::string>()) : assumed;
   const PlantModel plant = drivenModel(given_plant);
   const bool jitter = given.count("jitter") > 0;
-  const NodeParameters file = readControllerFile(path);
-  const auto loop_on = [&](const PlantModel& robot) {
-    if (const auto* gains = std::get_if<ControllerParameters>(&file.controller)) {
-      return LinearLoop(*gains, file.geometry, robot);
-    }
-    return LinearLoop(std::get<PredictiveParameters>(file.controller),
-                      file.plant_model ? drivenModel(*file.plant_model) : plant, robot);
-  };
+  NodeParameters file = readControllerFile(path);
+  if (!file.plant_model) file.plant_model = given_plant;
+  const auto loop_on = [&](const PlantModel& robot) { return closedLoop(file, robot); };
   const LinearLoop loop = loop_on(plant);
   if (jitter && !loop.predictive()) throw ParameterError("jitter: only for the gains of predictive.*");
   const Finding finding = certificateOf(loop, loop_on, jitter);

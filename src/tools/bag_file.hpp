@@ -7,6 +7,8 @@
 #include <fmt/ranges.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <tf2/buffer_core.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
 #include <exception>
@@ -66,6 +68,13 @@ void forEach(const rosbag::Bag& bag, const std::string& topic, Take take) {
   for (const rosbag::MessageInstance& instance : rosbag::View(bag, rosbag::TopicQuery(topic))) {
     if (const auto message = instance.instantiate<Message>()) take(message, instance);
   }
+}
+
+/// Adds the transforms on a topic of a bag to a buffer, where they hold at any time.
+inline void readFrames(const rosbag::Bag& bag, const std::string& topic, tf2::BufferCore& frames) {
+  forEach<tf2_msgs::TFMessage>(bag, topic, [&](const auto& message, const auto&) {
+    for (const auto& transform : message->transforms) frames.setTransform(transform, "", true);
+  });
 }
 
 }  // namespace jackal_aic

@@ -68,12 +68,14 @@ class Source {
   std::vector<double> delays_;           // s
 };
 
-/// The first of the joints whose velocity is missing or not finite in a message; empty without one.
-std::string unusableJoint(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
-  if (!mentionsAny(message, joints)) return joints.front();
-  for (std::size_t i = 0; i < message.name.size(); ++i) {
-    if (std::find(joints.begin(), joints.end(), message.name[i]) == joints.end()) continue;
-    if (i >= message.velocity.size() || !std::isfinite(message.velocity[i])) return message.name[i];
+/// The first of the robot's joints whose velocity is missing or not finite in a message.
+std::string unusableJoint(const sensor_msgs::JointState& message, const RobotNames& robot) {
+  for (const auto* joints : {&robot.left_wheel_joints, &robot.right_wheel_joints}) {
+    if (!mentionsAny(message, *joints)) return joints->front();
+    for (std::size_t i = 0; i < message.name.size(); ++i) {
+      if (std::find(joints->begin(), joints->end(), message.name[i]) == joints->end()) continue;
+      if (i >= message.velocity.size() || !std::isfinite(message.velocity[i])) return message.name[i];
+    }
   }
   return "";
 }
@@ -131,30 +133,21 @@ void readCommands(const rosbag::Bag& bag, const BagTopics& topics, DriveRecordin
   if (!rivals.empty()) throw IdentificationError(rivals + ": which of them the motors followed is not known");
 }
 
-/// Reads the speeds of a message. @returns reason if it has none; else empty.
-std::string takeWheels(const sensor_msgs::JointState& message, const BagTopics& topics, DriveRecording& recording) {
-  const auto left = meanVelocity(message, topics.left_wheel_joints);
-  const auto right = meanVelocity(message, topics.right_wheel_joints);
-  const double stamp = message.header.stamp.toSec();
-  if (!left || !right) {
-    return fmt::format(
-        "{}: the velocity of joint {} at {:.3f} s is missing or not finite", topics.wheels,
-        jackal_aic::quoted(unusableJoint(message, left ? topics.right_wheel_joints : topics.left_wheel_joints)), stamp);
-  }
-  recording.wheels.push_back({stamp, {*left, *right}});
-  return "";
-}
-
 void readWheels(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
   constexpr std::size_t kUsable = 20;  // messages for one that is not
+  const RobotNames& robot = topics.robot;
   Source source(topics.wheels);
   std::string unusable;  // the first
   std::size_t left_out = 0;
   forEach<sensor_msgs::JointState>(bag, topics.wheels, [&](const auto& joints, const auto& message) {
-    if (!mentionsAny(*joints, topics.left_wheel_joints) && !mentionsAny(*joints, topics.right_wheel_joints)) return;
+    if (!mentionsAny(*joints, robot.left_wheel_joints) && !mentionsAny(*joints, robot.right_wheel_joints)) return;
     source.add(message, joints->header.stamp);
-    const std::string why = takeWheels(*joints, topics, recording);
-    if (!why.empty() && ++left_out == 1) unusable = why;
+    if (const auto speeds = wheelObservation(*joints, robot)) {
+      recording.wheels.push_back({speeds->stamp, {speeds->wheel_left, speeds->wheel_right}});
+    } else if (++left_out == 1) {
+      unusable = fmt::format("{}: the velocity of joint {} at {:.3f} s is missing or not finite", topics.wheels,
+                             jackal_aic::quoted(unusableJoint(*joints, robot)), joints->header.stamp.toSec());
+    }
   });
   const std::string rivals = source.rivals();
   if (!rivals.empty()) throw IdentificationError(rivals + ": which of them measures the wheels is not known");
@@ -162,60 +155,28 @@ void readWheels(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording&
   if (left_out > 0) recording.remarks.push_back(fmt::format("left out: {} message(s); {}", left_out, unusable));
   if (recording.wheels.empty()) {
     throw IdentificationError(fmt::format("{}: no message names a joint of {} or {}", topics.wheels,
-                                          fmt::join(topics.left_wheel_joints, ", "),
-                                          fmt::join(topics.right_wheel_joints, ", ")));
+                                          fmt::join(robot.left_wheel_joints, ", "),
+                                          fmt::join(robot.right_wheel_joints, ", ")));
   }
   checkWheelClock(topics.wheels, source.delay(), recording.remarks);
 }
 
-/// Mounting of IMUs in a bag.
-class ImuMounting {
- public:
-  ImuMounting(const rosbag::Bag& bag, const BagTopics& topics) : topics_(topics) {
-    for (const std::string& topic : {topics.fixed_frames, topics.frames}) {
-      forEach<tf2_msgs::TFMessage>(bag, topic, [&](const auto& message, const auto&) {
-        for (const geometry_msgs::TransformStamped& transform : message->transforms) {
-          frames_.setTransform(transform, "", true);  // a fixed frame holds at any time
-        }
-      });
-    }
-  }
-
-  /// Yaw rate of the robot [rad/s]; nothing if the mounting of the IMU is unknown.
-  std::optional<double> yawRate(const sensor_msgs::Imu& imu) {
-    const Eigen::Vector3d rate(imu.angular_velocity.x, imu.angular_velocity.y, imu.angular_velocity.z);
-    const auto& rotation = rotationOf(imu.header.frame_id);
-    return rotation ? std::optional<double>((*rotation * rate).z()) : std::nullopt;
-  }
-
- private:
-  const std::optional<Eigen::Quaterniond>& rotationOf(const std::string& frame) {
-    const auto known = rotations_.find(frame);
-    if (known != rotations_.end()) return known->second;
-    const auto rotation =
-        topics_.imu_rotation ? topics_.imu_rotation : rotationInto(topics_.base_frame, frame, frames_);
-    return rotations_.emplace(frame, rotation).first->second;
-  }
-
-  const BagTopics& topics_;
-  tf2::BufferCore frames_;
-  std::map<std::string, std::optional<Eigen::Quaterniond>> rotations_;  // by frame
-};
-
 void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& recording) {
-  ImuMounting mounting(bag, topics);
+  tf2::BufferCore frames;
+  for (const std::string& topic : {topics.fixed_frames, topics.frames}) readFrames(bag, topic, frames);
   Source source(topics.imu);
   std::optional<std::string> unknown;  // frame
   std::size_t left_out = 0;
   forEach<sensor_msgs::Imu>(bag, topics.imu, [&](const auto& imu, const auto& message) {
     source.add(message, imu->header.stamp);
-    const auto rate = mounting.yawRate(*imu);
-    if (!rate) unknown = imu->header.frame_id;
-    if (std::isfinite(rate.value_or(0.0))) {
-      recording.yaw.push_back({imu->header.stamp.toSec(), rate.value_or(0.0)});
-    } else {
-      ++left_out;
-    }
+    const std::string& frame = imu->header.frame_id;
+    const auto rotation =
+        topics.imu_rotation ? topics.imu_rotation : rotationInto(topics.robot.base_frame, frame, frames);
+    if (!rotation) unknown = frame;
+    const auto& w = imu->angular_velocity;
+    const double rate = (rotation.value_or(Eigen::Quaterniond::Identity()) * Eigen::Vector3d(w.x, w.y, w.z)).z();
+    if (std::isfinite(rate)) recording.yaw.push_back({imu->header.stamp.toSec(), rate});
+    left_out += std::isfinite(rate) ? 0 : 1;
   });
   if (left_out > 0) {
     recording.remarks.push_back(
@@ -226,7 +187,7 @@ void readYaw(const rosbag::Bag& bag, const BagTopics& topics, DriveRecording& re
   if (unknown) {
     recording.yaw_unknown = fmt::format(
         "neither {} nor {} says how IMU frame {} is mounted on {}: say it with --imu-roll, --imu-pitch and --imu-yaw",
-        topics.fixed_frames, topics.frames, jackal_aic::quoted(*unknown), jackal_aic::quoted(topics.base_frame));
+        topics.fixed_frames, topics.frames, jackal_aic::quoted(*unknown), jackal_aic::quoted(topics.robot.base_frame));
   }
   if (unknown || !rivals.empty()) recording.yaw.clear();
   checkImuClock(topics.imu, source.delay(), recording.remarks);

@@ -6,10 +6,10 @@
 #include <Eigen/Geometry>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "jackal_aic/identification/plant_identification.hpp"
 #include "jackal_aic/model/geometry.hpp"
+#include "parameters/node_parameters.hpp"
 
 namespace jackal_aic {
 
@@ -19,14 +19,12 @@ struct BagTopics {
   std::string commands = "/cmd_drive";
   std::string wheels = "/joint_states";     ///< sensor_msgs/JointState
   std::string imu = "/imu/data";            ///< sensor_msgs/Imu; may be absent
-  std::string base_frame = "base_link";     ///< whose z axis points up
   std::string fixed_frames = "/tf_static";  ///< tf2_msgs/TFMessage; may be absent
   std::string frames = "/tf";               ///< tf2_msgs/TFMessage, with fixed and moving frames
   /// Orientation of the IMU in the base frame; without it that of the fixed frames counts. An IMU in the base frame
   /// needs neither; any other mounting has to be known.
   std::optional<Eigen::Quaterniond> imu_rotation;
-  std::vector<std::string> left_wheel_joints{"front_left_wheel", "rear_left_wheel"};
-  std::vector<std::string> right_wheel_joints{"front_right_wheel", "rear_right_wheel"};
+  RobotNames robot;             ///< wheels, and the base frame, whose z axis points up
   GeometryParameters geometry;  ///< by which the robot's own controller turns a Twist into wheel speeds
 };
 

@@ -80,7 +80,8 @@ bool parse(const std::vector<std::string>& arguments, std::ostream& out, Identif
     add(kAngles[i], po::value(&options.imu_angles[i]),
         "deg, how the IMU is mounted (default: as /tf_static or /tf say)");
   }
-  add("base-frame", po::value(&topics.base_frame)->default_value(topics.base_frame), "frame of the robot in them");
+  add("base-frame", po::value(&topics.robot.base_frame)->default_value(topics.robot.base_frame),
+      "frame of the robot in them");
   const auto positional = po::positional_options_description().add("bag", 1);
   po::variables_map values;
   po::store(po::command_line_parser(arguments).options(named).positional(positional).run(), values);
@@ -115,27 +116,13 @@ void write(const std::string& path, const std::string& text) {
   if (!(file << text) || !file.flush()) throw IdentificationError(path + ": cannot be written");
 }
 
-/// Writes a file as a whole, or leaves the old one unchanged. A device, as /dev/stdout, is written directly. @returns
-/// new name of the earlier file, NAME.1 or the next free one; empty without an earlier file.
-std::string replace(const std::string& path, const std::string& text) {
-  std::error_code error;
-  const bool there = fs::is_regular_file(path, error);
-  if (!there && fs::exists(path, error)) {
-    write(path, text);
-    return "";
-  }
-  const std::string fresh = path + ".new";
-  try {
-    write(fresh, text);
-  } catch (const IdentificationError&) {
-    fs::remove(fresh, error);
-    throw IdentificationError(path + ": cannot be written");
-  }
-  std::string earlier;
-  for (int i = 1; there && (earlier.empty() || fs::exists(earlier, error)); ++i)
-    earlier = path + "." + std::to_string(i);
-  if (there) fs::rename(path, earlier);
-  fs::rename(fresh, path);
+/// Renames a file to NAME.1 or the next free number. @returns the new name; empty for a device, or without a file.
+std::string keepEarlier(const std::string& path) {
+  if (!fs::is_regular_file(path)) return "";
+  int number = 1;
+  while (fs::exists(path + "." + std::to_string(number))) ++number;
+  const std::string earlier = path + "." + std::to_string(number);
+  fs::rename(path, earlier);
   return earlier;
 }
 
@@ -183,7 +170,8 @@ int identify(const std::vector<std::string>& arguments, std::ostream& out) {
   out << identificationTable(result);
   if (!options.out.empty()) {
     const RecordingSource source{options.bag, dateOf(recording.commands.front().time), options.robot};
-    const std::string earlier = replace(options.out, plantModelYaml(result, source));
+    const std::string model = plantModelYaml(result, source), earlier = keepEarlier(options.out);
+    write(options.out, model);
     out << "Plant model: " << onOneLine(options.out) << "\n";
     if (!earlier.empty()) out << "The earlier plant model is now " << onOneLine(earlier) << "\n";
   }

@@ -6,8 +6,6 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Bool.h>
-#include <tf2/buffer_core.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <cstdint>
 #include <map>
@@ -30,8 +28,10 @@ constexpr double kStep = 0.005;  // s between calls that run the due steps
 /// Converts messages to the inputs that a node would have given its drive loop.
 class MessagePlayer {
  public:
-  /// @param set_point, mux topics of the set points, and of the output of a multiplexer.
-  MessagePlayer(const NodeParameters& parameters, std::string set_point, std::string mux, RecordedDrive::Sink sink)
+  /// @param bag with the mounting of the IMU, in fixed and moving frames; @param set_point, mux topics of the set
+  /// points, and of the output of a multiplexer.
+  MessagePlayer(const rosbag::Bag& bag, const NodeParameters& parameters, std::string set_point, std::string mux,
+                RecordedDrive::Sink sink)
       : shared_(parameters.motors_shared),
         set_point_(std::move(set_point)),
         mux_(std::move(mux)),
@@ -40,14 +40,10 @@ class MessagePlayer {
         sensors_(parameters.robot, frames_,
                  [this](const Observation& observation, const ros::Time&) { pass(ObservationInput{observation}); }) {
     ros::Time::init();  // warnings of the pairing want a clock, at any time
-  }
-
-  void addFrames(const tf2_msgs::TFMessage& message) {
-    for (const auto& transform : message.transforms) frames_.setTransform(transform, "", true);
+    for (const char* topic : {"/tf_static", "/tf"}) readFrames(bag, topic, frames_);
   }
 
   void play(const rosbag::MessageInstance& message) {
-    if (const auto transforms = message.instantiate<tf2_msgs::TFMessage>()) return addFrames(*transforms);
     advanceTo(message.getTime());
     const auto twist = message.instantiate<geometry_msgs::Twist>();
     const auto stamped = message.instantiate<geometry_msgs::TwistStamped>();
@@ -178,13 +174,9 @@ std::string RecordedDrive::playMessages(const NodeParameters& parameters, const 
   requireTopic<ParameterError>(bag_, imu, {"sensor_msgs/Imu"});
   requireTopic<ParameterError>(bag_, wanted, {"geometry_msgs/Twist", "geometry_msgs/TwistStamped"});
   const std::string mux = topic("jackal_velocity_controller/cmd_vel");
-  std::vector<std::string> names{wheels, imu, wanted, topic("feedback"), topic("status"), topic("e_stop"), "/tf"};
+  std::vector<std::string> names{wheels, imu, wanted, topic("feedback"), topic("status"), topic("e_stop")};
   if (parameters.motors_shared) names.insert(names.end(), {topic("cmd_drive"), mux});
-  MessagePlayer player(parameters, wanted, mux, sink);
-  // Static transforms hold from the start, also if they were recorded after the first measurement.
-  forEach<tf2_msgs::TFMessage>(bag_, "/tf_static", [&](const tf2_msgs::TFMessage::ConstPtr& message, const auto&) {
-    player.addFrames(*message);
-  });
+  MessagePlayer player(bag_, parameters, wanted, mux, sink);
   for (const rosbag::MessageInstance& message : rosbag::View(bag_, rosbag::TopicQuery(names))) player.play(message);
   std::string text = "Messages of the sensors; action steps at their due times\n";
   for (const auto& [why, count] : player.refusals()) text += fmt::format("{} refused: {}\n", count, why);

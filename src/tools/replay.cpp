@@ -242,7 +242,7 @@ class Replay {
   void note(double now) {
     ControllerState state;
     fillState(loop_, ros::Time(now), state);
-    addRemarks({reason(loop_.status())}, "base_link", state);
+    addRemarks(loop_.status(), {}, "base_link", state);
     const std::string said = statusName(state) + (state.reason.empty() ? "" : ": " + state.reason);
     if (said != said_) events_.push_back(fmt::format("{:12.3f} s  {}", now - first_, said));
     said_ = said;

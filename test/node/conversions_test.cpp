@@ -20,7 +20,6 @@ namespace jackal_aic {
 namespace {
 
 const std::vector<std::string> kLeft{"front_left_wheel", "rear_left_wheel"};
-const std::vector<std::string> kRight{"front_right_wheel", "rear_right_wheel"};
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 sensor_msgs::JointState joints(const std::vector<std::string>& names, const std::vector<double>& velocities) {
@@ -54,17 +53,25 @@ Eigen::Quaterniond uphill() {
 TEST(MeanVelocity, GoesByNameAndRefusesWhatIsMissingOrNotFinite) {
   const auto message = joints({"rear_right_wheel", "mast", "front_left_wheel", "front_right_wheel", "rear_left_wheel"},
                               {7.0, 99.0, 1.0, 5.0, 3.0});
-  EXPECT_DOUBLE_EQ(*meanVelocity(message, kLeft), 2.0);
-  EXPECT_DOUBLE_EQ(*meanVelocity(message, kRight), 6.0);
-  const auto one = joints({"rear_left_wheel"}, {4.0});
-  EXPECT_DOUBLE_EQ(*meanVelocity(one, kLeft), 4.0);
-  EXPECT_FALSE(meanVelocity(one, kRight));
-  EXPECT_TRUE(mentionsAny(one, kLeft));
+  const auto mean = wheelObservation(message, RobotNames{});
+  ASSERT_TRUE(mean);
+  EXPECT_DOUBLE_EQ(mean->wheel_left, 2.0);
+  EXPECT_DOUBLE_EQ(mean->wheel_right, 6.0);
+  EXPECT_DOUBLE_EQ(wheelObservation(joints({"rear_left_wheel", "rear_right_wheel"}, {4.0, 5.0}), {})->wheel_left, 4.0);
+  EXPECT_TRUE(mentionsAny(message, kLeft));
   EXPECT_FALSE(mentionsAny(joints({"mast"}, {4.0}), kLeft));
-  EXPECT_FALSE(meanVelocity(joints(kLeft, {1.0}), kLeft));
-  EXPECT_FALSE(meanVelocity(joints(kLeft, {1.0, kNaN}), kLeft));
-  EXPECT_FALSE(meanVelocity(joints({"front_left_wheel"}, {}), kLeft));
-  EXPECT_FALSE(meanVelocity(joints(kLeft, {1.7e308, 1.7e308}), kLeft)) << "overflows";
+  const std::vector<std::string> all{"front_left_wheel", "rear_left_wheel", "front_right_wheel", "rear_right_wheel"};
+  for (const auto& bad : {joints({"rear_left_wheel"}, {4.0}), joints(all, {1.0, 1.0, 1.0}), joints(all, {}),
+                          joints(all, {1.0, kNaN, 1.0, 1.0}), joints(all, {1.7e308, 1.7e308, 1.0, 1.0})}) {
+    EXPECT_FALSE(wheelObservation(bad, {}));
+  }
+}
+
+/// Yaw rate and accelerations of a message; empty if it is refused.
+std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {
+  const auto y = imuObservation(message, rotation);
+  if (!y) return std::nullopt;
+  return Eigen::Vector4d(y->yaw_rate, y->acceleration_x, y->acceleration_y, *y->acceleration_z);
 }
 
 TEST(PlanarMotion, RotatesIntoTheBaseFrameAndRefusesWhatIsNotFinite) {
@@ -128,12 +135,14 @@ DriveLoop turning(const Gains& gains) {
   return loop;
 }
 
-ControllerState messageOf(const DriveLoop& loop, const StateRemarks& remarks = {}) {
+ControllerState messageOf(const DriveLoop& loop, const DriveLoopStatus& status, const Surroundings& around = {}) {
   ControllerState message;
   fillState(loop, ros::Time(1.02), message);
-  addRemarks(remarks, "base_link", message);
+  addRemarks(status, around, "base_link", message);
   return message;
 }
+
+ControllerState messageOf(const DriveLoop& loop) { return messageOf(loop, loop.status()); }
 
 TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
   const DriveLoop loop = turning(ControllerParameters{});
@@ -180,25 +189,30 @@ TEST(StateMessage, SaysWhoDrivesAndWhyNot) {
   EXPECT_TRUE(messageOf(loop).belief_forward.empty()) << "the baseline has none";
   const std::string absent = "no subscriber on /cmd_vel";
   using State = ControllerState;
+  DriveLoopStatus status = loop.status();
   const struct {
-    StateRemarks remarks;
+    Surroundings around;
     std::uint8_t driven_by;
     std::string reason, summary;
-  } rows[] = {{{"", "", false, 0}, State::BY_US, "", "driven by this controller"},
-              {{"", absent, false, 0}, State::BY_NOBODY, absent, "not driven"},
-              {{"a fault", absent, false, 0}, State::BY_NOBODY, "a fault; " + absent, "not driven"},
-              {{"", "", true, 0}, State::BY_ANOTHER, "", "driven by another node"}};
+  } rows[] = {{{}, State::BY_US, "", "driven by this controller"},
+              {{"", absent}, State::BY_NOBODY, absent, "not driven"},
+              {{"", "", true}, State::BY_ANOTHER, "", "driven by another node"}};
   for (const auto& row : rows) {
-    const ControllerState message = messageOf(loop, row.remarks);
+    const ControllerState message = messageOf(loop, status, row.around);
     EXPECT_EQ(message.driven_by, row.driven_by) << row.summary;
     EXPECT_EQ(message.reason, row.reason);
     EXPECT_EQ(message.summary, "thesis, driving, " + row.summary);
-    EXPECT_EQ(message.hypothesis, "") << "without fault detection";
   }
-  const ControllerState message = messageOf(loop, {"", "", false, 3, {faults::kGyroOffset, 0.6}});
+  EXPECT_EQ(messageOf(loop).hypothesis, "") << "without fault detection";
+  status.suspicion = {faults::kGyroOffset, 0.6};
+  status.loss = Loss::yaw_rate;
+  const ControllerState message = messageOf(loop, status, {"", absent, false, 3});
   EXPECT_EQ(message.rejected_measurements, 3u);
+  EXPECT_EQ(message.reason, "yaw rate lost; " + absent);
   EXPECT_EQ(message.hypothesis, "gyro offset");
   EXPECT_EQ(message.hypothesis_probability, 0.6);
+  status.handed_over = true;
+  EXPECT_EQ(messageOf(loop, status).driven_by, State::BY_ANOTHER);
 }
 
 // The sums of Clearpath's own package: with them a robot's nodes and ours accept each other's messages.

@@ -76,16 +76,6 @@ TEST(RosParameters, RefusesAnEmptyMapAsTheFileDoes) {
   EXPECT_TRUE(throughRosparam("{}").keys().empty()) << "a namespace without parameters";
 }
 
-TEST(RobotDescription, OnlyATextIsAUrdf) {
-  EXPECT_EQ(urdfIn(XmlRpc::XmlRpcValue("<robot/>"), "/robot_description"), "<robot/>");
-  XmlRpc::XmlRpcValue list, none;
-  list[0] = "<robot/>";
-  for (const XmlRpc::XmlRpcValue& value : {XmlRpc::XmlRpcValue(""), XmlRpc::XmlRpcValue(5), list, none}) {
-    EXPECT_EQ(complaint([&] { urdfIn(value, "/robot_description"); }),
-              "/robot_description: expected the text of a URDF; it is empty, or no text");
-  }
-}
-
 TEST(Frames, HaveThePrefixOfTheirRobot) {
   EXPECT_EQ(prefixedFrame("", "odom"), "odom");
   EXPECT_EQ(prefixedFrame("robot1", "odom"), "robot1/odom");

@@ -151,7 +151,7 @@ class Gains(Base):
         answer = self.request(kappa_a=5.0, tau=0.003)
         self.assertEqual((answer['kappa_a'], answer['tau'], answer['kappa_mu']), (5.0, 0.003, 0.1))
         self.expect_steady()
-        self.expect_logged('Changed: tau = 0.003 kappa_a = 5')
+        self.expect_logged('Changed tau 0.001 -> 0.003, kappa_a 8 -> 5')
         self.request(kappa_a=25.0, tau=0.001)
         self.expect_logged('Stable, but with a thin margin (below 1.5 or 0.03 s)')
         self.request(kappa_a=8.0)
@@ -159,8 +159,8 @@ class Gains(Base):
     def test_others_are_refused_with_the_reason_and_change_nothing(self):
         for wanted, words in (({'kappa_a': 60.0}, 'kappa_a = 60 is too large: stable below'),
                               ({'kappa_a': 0.0, 'tau': 0.002}, 'kappa_a = 0 never corrects the action: raise it'),
-                              ({'kappa_a': -1.0}, 'Refused kappa_a = -1 (stays 8): controller.kappa_a = -1'),
-                              ({'kappa_a': 5.0, 'tau': 11.0}, 'Refused tau = 11 (stays 0.001), kappa_a = 5 (stays 8): controller.tau = 11'),
+                              ({'kappa_a': -1.0}, 'Refused kappa_a 8 -> -1: controller.kappa_a = -1'),
+                              ({'kappa_a': 5.0, 'tau': 11.0}, 'Refused tau 0.001 -> 11, kappa_a 8 -> 5: controller.tau = 11'),
                               ({'tau': float('nan')}, 'controller.tau = nan')):
             answer = self.request(**wanted)
             self.assertEqual((answer['kappa_a'], answer['tau']), (8.0, 0.001), wanted)

@@ -1,4 +1,4 @@
-#include "process/latest.hpp"
+#include "latest.hpp"
 
 #include <gtest/gtest.h>
 

@@ -129,7 +129,7 @@ class RecordedBag {
       plant.command(*command);
       ControllerState state;
       fillState(loop, stamp, state);
-      addRemarks({}, "base_link", state);
+      addRemarks(loop.status(), {}, "base_link", state);
       log.header.stamp = stamp;
       if (what.log) bag.write("/jackal_AIC/inputs", stamp, log);
       log.first += log.inputs.size();

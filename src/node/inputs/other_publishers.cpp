@@ -14,10 +14,8 @@
 namespace jackal_aic {
 namespace {
 
-/// Wall time between checks, later and until everything is checked [s].
-constexpr double kPeriod = 0.5, kFirstPeriod = 0.1;
-
-/// Wall time until a connected publisher is received [s]: roscpp counts a connection before the publisher answers it.
+constexpr double kPeriod = 0.5, kFirstPeriod = 0.1;  // s of wall time between checks, later and until all is checked
+// Wall time until a connected publisher is received [s]: roscpp counts a connection before the publisher answers it.
 constexpr double kArrival = 0.5;
 
 bool ask(const char* question, const std::string& about, XmlRpc::XmlRpcValue& answer) {

@@ -25,9 +25,7 @@ class OtherPublishers {
   /// set_points inputs: before their publishers are connected, silence has no meaning.
   OtherPublishers(std::vector<std::string> commands, const ros::Subscriber& emergency_stop,
                   const SetPointSource& set_points)
-      : commands_(std::move(commands)),
-        emergency_stop_({emergency_stop}),
-        set_points_({set_points.plain(), set_points.stamped()}) {}
+      : commands_(std::move(commands)), emergency_stop_({emergency_stop}), set_points_(set_points.subscribers()) {}
 
   /// Asks now, and then periodically in the thread of a node handle. That thread waits for the answers, so it must not
   /// drive.

@@ -49,16 +49,19 @@ RobotReports::RobotReports(ros::NodeHandle& node, std::function<void(const ros::
   });
 }
 
-AppliedCommands::AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, const Callback& callback) {
-  drive_subscriber_ = subscribe<jackal_msgs::Drive>(node, "cmd_drive", 10, [callback](const jackal_msgs::Drive& drive) {
-    if (const auto command = wheelCommand(drive)) callback(*command, AppliedSource::drive);
-  });
+std::array<ros::Subscriber, 2> subscribeToApplied(
+    ros::NodeHandle& node, const GeometryParameters& geometry,
+    const std::function<void(const WheelCommand&, AppliedSource)>& callback) {
   const SkidSteerKinematics kinematics(geometry);
-  twist_subscriber_ = subscribe<geometry_msgs::Twist>(
-      node, "jackal_velocity_controller/cmd_vel", 10, [callback, kinematics](const geometry_msgs::Twist& twist) {
-        const SetPoint v = setPoint(twist);
-        if (v.vector().allFinite()) callback(kinematics.wheelSpeeds(v.forward, v.yaw_rate), AppliedSource::twist);
-      });
+  const auto drive = [callback](const jackal_msgs::Drive& message) {
+    if (const auto command = wheelCommand(message)) callback(*command, AppliedSource::drive);
+  };
+  const auto twist = [callback, kinematics](const geometry_msgs::Twist& message) {
+    const SetPoint v = setPoint(message);
+    if (v.vector().allFinite()) callback(kinematics.wheelSpeeds(v.forward, v.yaw_rate), AppliedSource::twist);
+  };
+  return {subscribe<jackal_msgs::Drive>(node, "cmd_drive", 10, drive),
+          subscribe<geometry_msgs::Twist>(node, "jackal_velocity_controller/cmd_vel", 10, twist)};
 }
 
 }  // namespace jackal_aic

@@ -15,8 +15,6 @@
 #include <array>
 #include <functional>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/safety/drive_input.hpp"
@@ -58,20 +56,9 @@ class RobotReports {
 
 /// Listens to cmd_drive (jackal_msgs/Drive), which the stock jackal_node publishes without pause. Where that is absent,
 /// as in Gazebo, it listens to jackal_velocity_controller/cmd_vel (geometry_msgs/Twist), the output of twist_mux.
-class AppliedCommands {
- public:
-  /// Called with each command and its source.
-  using Callback = std::function<void(const WheelCommand&, AppliedSource)>;
-
-  /// Subscribes in the namespace of `node`. @param geometry turns a Twist into wheel speeds.
-  AppliedCommands(ros::NodeHandle& node, const GeometryParameters& geometry, const Callback& callback);
-
-  /// Subscribed topics: a set point from there would be our own command.
-  std::vector<std::string> topics() const { return {drive_subscriber_.getTopic(), twist_subscriber_.getTopic()}; }
-
- private:
-  ros::Subscriber drive_subscriber_;
-  ros::Subscriber twist_subscriber_;
-};
+/// @param geometry turns a Twist into wheel speeds; @param callback called with each command and its source.
+std::array<ros::Subscriber, 2> subscribeToApplied(
+    ros::NodeHandle& node, const GeometryParameters& geometry,
+    const std::function<void(const WheelCommand&, AppliedSource)>& callback);
 
 }  // namespace jackal_aic

@@ -9,6 +9,7 @@
 
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/model/gravity.hpp"
+#include "parameters/ros_parameters.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -27,14 +28,25 @@ bool contains(const std::vector<std::string>& list, const std::string& name) {
   return std::find(list.begin(), list.end(), name) != list.end();
 }
 
-std::string withoutSlash(const std::string& frame) {
-  return frame.empty() || frame[0] != '/' ? frame : frame.substr(1);
+/// Why a stamp is unusable; empty if it is usable.
+std::string refusalOf(const std::string& what, const ros::Time& stamp, const ros::Time& now) {
+  if (stamp.isZero()) return what + " without a stamp";
+  return stamp > now + ros::Duration(kFurthestAhead) ? what + " from the future" : "";
 }
 
-/// Why a stamp is unusable; empty if it is usable.
-std::string refusalOf(const ros::Time& stamp, const ros::Time& now) {
-  if (stamp.isZero()) return " without a stamp";
-  return stamp > now + ros::Duration(kFurthestAhead) ? " from the future" : "";
+/// Mean of those of the joints that a message lists. std::nullopt if it lists none of them, or a value is missing, or
+/// the mean is not finite. @param values of the message.
+std::optional<double> meanOf(const sensor_msgs::JointState& message, const std::vector<double>& values,
+                             const std::vector<std::string>& joints) {
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < message.name.size(); ++i) {
+    if (!contains(joints, message.name[i])) continue;
+    if (i >= values.size()) return std::nullopt;
+    sum += values[i];
+    ++count;
+  }
+  return count > 0 && std::isfinite(sum) ? std::optional<double>(sum / count) : std::nullopt;
 }
 
 }  // namespace
@@ -44,28 +56,19 @@ bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::
                      [&](const std::string& name) { return contains(joints, name); });
 }
 
-std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
-  double sum = 0.0;
-  int count = 0;
-  for (std::size_t i = 0; i < message.name.size(); ++i) {
-    if (!contains(joints, message.name[i])) continue;
-    if (i >= message.velocity.size()) return std::nullopt;
-    sum += message.velocity[i];
-    ++count;
-  }
-  if (count == 0 || !std::isfinite(sum)) return std::nullopt;
-  return sum / count;
+std::optional<Observation> wheelObservation(const sensor_msgs::JointState& message, const RobotNames& names) {
+  const auto left = meanOf(message, message.velocity, names.left_wheel_joints);
+  const auto right = meanOf(message, message.velocity, names.right_wheel_joints);
+  if (!left || !right) return std::nullopt;
+  Observation observation;
+  observation.stamp = message.header.stamp.toSec();
+  observation.wheel_left = *left;
+  observation.wheel_right = *right;
+  observation.valid.yaw_rate = observation.valid.acceleration = false;
+  return observation;
 }
 
-std::optional<double> sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints) {
-  std::optional<double> sum;
-  for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
-    if (contains(joints, message.name[i])) sum = sum.value_or(0.0) + message.position[i];
-  }
-  return sum && std::isfinite(*sum) ? sum : std::nullopt;
-}
-
-std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {
+std::optional<Observation> imuObservation(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation) {
   const auto& w = message.angular_velocity;
   const auto& a = message.linear_acceleration;
   const Eigen::Vector3d angular = rotation * Eigen::Vector3d(w.x, w.y, w.z);
@@ -76,12 +79,26 @@ std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, con
   const auto& q = message.orientation;
   const auto attitude = message.orientation_covariance[0] == -1.0 ? std::nullopt : unitAttitude({q.w, q.x, q.y, q.z});
   if (attitude) level -= (rotation * gravityReaction(*attitude)).head<2>();
-  return Eigen::Vector4d(angular.z(), level.x(), level.y(), force.z());
+  Observation observation{message.header.stamp.toSec(), angular.z(), 0.0, 0.0, level.x(), level.y()};
+  observation.acceleration_z = force.z();
+  observation.valid.wheel_left = observation.valid.wheel_right = false;
+  // REP 145: a first covariance of -1 says that the sensor is absent.
+  observation.valid.yaw_rate = message.angular_velocity_covariance[0] >= 0.0;
+  observation.valid.acceleration = message.linear_acceleration_covariance[0] >= 0.0;
+  return observation;
+}
+
+Observation paired(const Observation& wheels, Observation imu) {
+  imu.stamp = wheels.stamp;
+  imu.wheel_left = wheels.wheel_left;
+  imu.wheel_right = wheels.wheel_right;
+  imu.valid.wheel_left = imu.valid.wheel_right = true;
+  return imu;
 }
 
 std::optional<Eigen::Quaterniond> rotationInto(const std::string& base, const std::string& frame,
                                                const tf2::BufferCore& frames) {
-  const std::string to = withoutSlash(base), from = withoutSlash(frame);
+  const std::string to = prefixedFrame("", base), from = prefixedFrame("", frame);
   if (to == from) return Eigen::Quaterniond::Identity();
   try {
     const auto q = frames.lookupTransform(to, from, ros::Time(0)).transform.rotation;
@@ -92,39 +109,21 @@ std::optional<Eigen::Quaterniond> rotationInto(const std::string& base, const st
 }
 
 std::optional<SensorReading> ImuReader::read(const sensor_msgs::Imu& message, const ros::Time& now) {
-  refusal_ = refusalOf(message.header.stamp, now);
+  refusal_ = refusalOf("IMU data", message.header.stamp, now);
   const auto rotation = rotationInto(base_frame_, message.header.frame_id, frames_);
   if (refusal_.empty() && !rotation) {
-    refusal_ = " in frame " + jackal_aic::quoted(message.header.frame_id) + ", which tf does not relate to " +
+    refusal_ = "IMU data in frame " + jackal_aic::quoted(message.header.frame_id) + ", which tf does not relate to " +
                jackal_aic::quoted(base_frame_);
   }
-  if (refusal_.empty() && !planarMotion(message, *rotation)) refusal_ = " that is not finite";
-  if (!refusal_.empty()) {
-    refusal_.insert(0, "IMU data");
-    return std::nullopt;
-  }
+  const auto observation = rotation ? imuObservation(message, *rotation) : std::nullopt;
+  if (refusal_.empty() && !observation) refusal_ = "IMU data that is not finite";
+  if (!refusal_.empty()) return std::nullopt;
   rotation_ = *rotation;
-  SensorReading reading{observation(message), FrozenSource::Sample::Zero()};
+  SensorReading reading{*observation, FrozenSource::Sample::Zero()};
   const auto& w = message.angular_velocity;
   const auto& a = message.linear_acceleration;
   reading.sample.head<6>() << w.x, w.y, w.z, a.x, a.y, a.z;
   return reading;
-}
-
-// Messages were checked when they were read, so the values exist.
-Observation ImuReader::observation(const sensor_msgs::Imu& message) const {
-  const auto motion = planarMotion(message, rotation_);
-  Observation observation;
-  observation.stamp = message.header.stamp.toSec();
-  observation.yaw_rate = (*motion)(0);
-  observation.acceleration_x = (*motion)(1);
-  observation.acceleration_y = (*motion)(2);
-  observation.acceleration_z = (*motion)(3);
-  observation.valid.wheel_left = observation.valid.wheel_right = false;
-  // REP 145: a first covariance of -1 says that the sensor is absent.
-  observation.valid.yaw_rate = message.angular_velocity_covariance[0] >= 0.0;
-  observation.valid.acceleration = message.linear_acceleration_covariance[0] >= 0.0;
-  return observation;
 }
 
 SensorPairing::SensorPairing(const RobotNames& names, const tf2::BufferCore& frames, Callback callback)
@@ -152,22 +151,18 @@ std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointSt
   const bool left_side = mentionsAny(*message, names_.left_wheel_joints);
   const bool right_side = mentionsAny(*message, names_.right_wheel_joints);
   if (!left_side && !right_side) return std::nullopt;
-  refusal_ = left_side && right_side ? refusalOf(message->header.stamp, now) : " with the wheels of one side only";
-  if (refusal_.empty() &&
-      !(meanVelocity(*message, names_.left_wheel_joints) && meanVelocity(*message, names_.right_wheel_joints))) {
-    refusal_ = " with a wheel velocity that is missing or not finite";
-  }
-  if (!refusal_.empty()) {
-    refusal_.insert(0, "joint states");
-    return std::nullopt;
-  }
+  refusal_ = left_side && right_side ? refusalOf("joint states", message->header.stamp, now)
+                                     : "joint states with the wheels of one side only";
+  const auto observation = wheelObservation(*message, names_);
+  if (refusal_.empty() && !observation) refusal_ = "joint states with a wheel velocity that is missing or not finite";
+  if (!refusal_.empty()) return std::nullopt;
   if (!followsClosely(message->header.stamp, paired_wheels_)) {
     paired_wheels_ = message->header.stamp;
     wheel_input_.add(message);
   }
-  SensorReading reading{wheelsAlone(*message), FrozenSource::Sample::Zero()};
-  const auto left = sumOfPositions(*message, names_.left_wheel_joints);
-  const auto right = sumOfPositions(*message, names_.right_wheel_joints);
+  SensorReading reading{*observation, FrozenSource::Sample::Zero()};
+  const auto left = meanOf(*message, message->position, names_.left_wheel_joints);
+  const auto right = meanOf(*message, message->position, names_.right_wheel_joints);
   reading.sample.head<4>() << reading.observation.wheel_left, reading.observation.wheel_right, left.value_or(0.0),
       right.value_or(0.0);
   // Speeds that are coarser than their noise repeat at constant speed, so the fault detection decides whether they are
@@ -190,22 +185,8 @@ std::optional<SensorReading> SensorPairing::addImu(const sensor_msgs::ImuConstPt
 }
 
 // Messages were checked on arrival, so the values exist.
-Observation SensorPairing::wheelsAlone(const sensor_msgs::JointState& message) const {
-  Observation observation;
-  observation.stamp = message.header.stamp.toSec();
-  observation.wheel_left = *meanVelocity(message, names_.left_wheel_joints);
-  observation.wheel_right = *meanVelocity(message, names_.right_wheel_joints);
-  observation.valid.yaw_rate = observation.valid.acceleration = false;
-  return observation;
-}
-
 void SensorPairing::onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu) {
-  const Observation encoders = wheelsAlone(*wheels);
-  Observation observation = imu_reader_.observation(*imu);
-  observation.stamp = encoders.stamp;
-  observation.wheel_left = encoders.wheel_left;
-  observation.wheel_right = encoders.wheel_right;
-  observation.valid.wheel_left = observation.valid.wheel_right = true;
+  Observation observation = paired(*wheelObservation(*wheels, names_), *imuObservation(*imu, imu_reader_.rotation()));
   const Eigen::Vector3d acceleration = accelerations_.take(observation.stamp);
   observation.acceleration_x = acceleration.x();
   observation.acceleration_y = acceleration.y();

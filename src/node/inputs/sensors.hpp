@@ -26,19 +26,18 @@ namespace jackal_aic {
 /// True if at least one of the joints is named in the message (other nodes publish joint states too).
 bool mentionsAny(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
 
-/// Mean velocity [rad/s] of those of the joints that the message lists. std::nullopt if it lists none of them, or a
-/// velocity is missing, or the mean is not finite.
-std::optional<double> meanVelocity(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
+/// Wheel speeds of a message, of each side the mean of the joints that it lists, without the other channels.
+/// std::nullopt if a side has none, or a speed is missing or not finite.
+std::optional<Observation> wheelObservation(const sensor_msgs::JointState& message, const RobotNames& names);
 
-/// Sum of the positions [rad] of those of the joints that the message lists with one. std::nullopt if it lists none, or
-/// one that is not finite.
-std::optional<double> sumOfPositions(const sensor_msgs::JointState& message, const std::vector<std::string>& joints);
-
-/// Angular velocity and acceleration of an IMU message as (theta_dot, x_ddot, y_ddot, f_z) in the base frame, those of
-/// an Observation: gravity is removed from x and y by the message's attitude, and stays in f_z. A message without
-/// attitude (first covariance -1, or no unit quaternion) leaves gravity in x and y too.
+/// Yaw rate and acceleration of an IMU message in the base frame, without the wheels. Gravity is removed from x and y
+/// by the message's attitude, and stays in z. A message without attitude (first covariance -1, or no unit quaternion)
+/// leaves gravity in x and y too.
 /// @param rotation from the IMU's frame into the base frame. std::nullopt if a component is not finite.
-std::optional<Eigen::Vector4d> planarMotion(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
+std::optional<Observation> imuObservation(const sensor_msgs::Imu& message, const Eigen::Quaterniond& rotation);
+
+/// Both as one sample of the time of the wheels.
+Observation paired(const Observation& wheels, Observation imu);
 
 /// Rotation from `frame` into `base`; std::nullopt if no transform relates them. A leading slash of a name, from older
 /// drivers, is ignored.
@@ -55,8 +54,8 @@ class ImuReader {
   /// cannot relate to the base frame is refused (empty, and lastRefusal() says why).
   std::optional<SensorReading> read(const sensor_msgs::Imu& message, const ros::Time& now);
 
-  /// The observation of a message in the frame of the last one that was read.
-  Observation observation(const sensor_msgs::Imu& message) const;
+  /// From the frame of the last message that was read into the base frame.
+  const Eigen::Quaterniond& rotation() const { return rotation_; }
 
   /// Why the last message was refused; empty if it was not.
   const std::string& lastRefusal() const { return refusal_; }
@@ -96,7 +95,6 @@ class SensorPairing {
   using Policy = message_filters::sync_policies::ApproximateTime<sensor_msgs::JointState, sensor_msgs::Imu>;
 
   void onPair(const sensor_msgs::JointStateConstPtr& wheels, const sensor_msgs::ImuConstPtr& imu);
-  Observation wheelsAlone(const sensor_msgs::JointState& message) const;
 
   RobotNames names_;
   ImuReader imu_reader_;

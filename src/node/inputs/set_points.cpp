@@ -25,9 +25,6 @@ void warnOfAnotherClock(const std::string& topic, double stamp) {
                     topic.c_str(), std::abs(ahead), ahead > 0.0 ? "ahead of" : "behind");
 }
 
-const geometry_msgs::Twist& twistOf(const geometry_msgs::Twist& message) { return message; }
-const geometry_msgs::Twist& twistOf(const geometry_msgs::TwistStamped& message) { return message.twist; }
-
 template <class Message, class Callback>
 ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Callback callback) {
   const boost::function<void(const ros::MessageEvent<const Message>&)> function = std::move(callback);
@@ -43,7 +40,12 @@ SetPoint setPoint(const geometry_msgs::Twist& message) {
   return {finite ? v.x : std::numeric_limits<double>::quiet_NaN(), 0.0, w.z};
 }
 
-SetPointInput setPointInput(const geometry_msgs::Twist& message) { return {setPoint(message), std::nullopt}; }
+SetPointInput setPointInput(const geometry_msgs::Twist& message) {
+  if (message.linear.y != 0.0) {
+    ROS_WARN_ONCE("Set points with linear.y: ignored, because a skid-steer robot cannot drive sideways. Told once");
+  }
+  return {setPoint(message), std::nullopt};
+}
 
 SetPointInput setPointInput(const geometry_msgs::TwistStamped& message) {
   SetPointInput input = setPointInput(message.twist);
@@ -53,10 +55,9 @@ SetPointInput setPointInput(const geometry_msgs::TwistStamped& message) {
 
 SetPointSource::SetPointSource(ros::NodeHandle& node, const std::string& topic, std::uint32_t queue, Take take)
     : take_(std::move(take)) {
-  plain_ =
-      subscribe<geometry_msgs::Twist>(node, topic, queue, [this](const auto& event) { SetPointSource::take(event); });
-  stamped_ = subscribe<geometry_msgs::TwistStamped>(node, topic + "_stamped", queue,
-                                                    [this](const auto& event) { SetPointSource::take(event); });
+  const auto receive = [this](const auto& event) { SetPointSource::receive(event); };
+  plain_ = subscribe<geometry_msgs::Twist>(node, topic, queue, receive);
+  stamped_ = subscribe<geometry_msgs::TwistStamped>(node, topic + "_stamped", queue, receive);
 }
 
 void SetPointSource::requireForeign(const std::vector<std::string>& ours) const {
@@ -76,14 +77,11 @@ std::string SetPointSource::rivals() const {
 }
 
 template <class Message>
-void SetPointSource::take(const ros::MessageEvent<const Message>& event) {
+void SetPointSource::receive(const ros::MessageEvent<const Message>& event) {
   if (event.getPublisherName() != sender_.name) other_ = sender_;
   sender_ = {event.getPublisherName(), ros::WallTime::now()};
   const SetPointInput input = setPointInput(*event.getConstMessage());
   if (input.stamp) warnOfAnotherClock(stamped_.getTopic(), *input.stamp);
-  if (twistOf(*event.getConstMessage()).linear.y != 0.0) {
-    ROS_WARN_ONCE("Set points with linear.y: ignored, because a skid-steer robot cannot drive sideways. Told once");
-  }
   take_(input);
 }
 

@@ -22,11 +22,10 @@ namespace jackal_aic {
 /// follow the other components: they are left out.
 SetPoint setPoint(const geometry_msgs::Twist& message);
 
-SetPointInput setPointInput(const geometry_msgs::Twist& message);         ///< without a stamp
+SetPointInput setPointInput(const geometry_msgs::Twist& message);         ///< without a stamp; warns of linear.y
 SetPointInput setPointInput(const geometry_msgs::TwistStamped& message);  ///< a stamp of zero is unset
 
-/// Subscribes to both topics, and reports stamps of another clock and sideways speeds. All calls in the thread of the
-/// callbacks.
+/// Subscribes to both topics, and reports stamps of another clock. All calls in the thread of the callbacks.
 class SetPointSource {
  public:
   using Take = std::function<void(const SetPointInput&)>;
@@ -43,11 +42,7 @@ class SetPointSource {
 
   std::string topic() const { return plain_.getTopic(); }  ///< of the Twist, as resolved and remapped
 
-  const ros::Subscriber& plain() const { return plain_; }      ///< of the Twist
-  const ros::Subscriber& stamped() const { return stamped_; }  ///< of the TwistStamped
-
-  /// Connected publishers.
-  std::uint32_t publishers() const { return plain_.getNumPublishers() + stamped_.getNumPublishers(); }
+  std::vector<ros::Subscriber> subscribers() const { return {plain_, stamped_}; }  ///< of Twist and TwistStamped
 
   /// The nodes that sent set points at the same time, with the topic; empty for a single one.
   std::string rivals() const;
@@ -59,7 +54,7 @@ class SetPointSource {
   };
 
   template <class Message>
-  void take(const ros::MessageEvent<const Message>& event);
+  void receive(const ros::MessageEvent<const Message>& event);
 
   Take take_;
   Sender sender_;  // of the last message

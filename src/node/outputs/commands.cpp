@@ -3,16 +3,6 @@
 #include <std_msgs/Float64.h>
 
 namespace jackal_aic {
-namespace {
-
-std_msgs::Float64 wheelMessage(double speed) {
-  std_msgs::Float64 message;
-  message.data = speed;
-  return message;
-}
-
-}  // namespace
-
 jackal_msgs::Drive driveMessage(const WheelCommand& command) {
   jackal_msgs::Drive message;
   message.mode = jackal_msgs::Drive::MODE_VELOCITY;
@@ -30,18 +20,14 @@ geometry_msgs::Twist twistMessage(const BodyVector& velocity) {
 
 CommandOutput::CommandOutput(ros::NodeHandle& node, OutputMode mode, const GeometryParameters& geometry)
     : mode_(mode), kinematics_(geometry) {
-  switch (mode) {
-    case OutputMode::cmd_drive:
-      publishers_ = {node.advertise<jackal_msgs::Drive>("cmd_drive", 1)};
-      break;
-    case OutputMode::twist:
-      publishers_ = {node.advertise<geometry_msgs::Twist>("cmd_vel", 1)};
-      break;
-    case OutputMode::gazebo:
-      publishers_ = {node.advertise<std_msgs::Float64>("jackal_left_wheel/command", 1),
-                     node.advertise<std_msgs::Float64>("jackal_right_wheel/command", 1)};
-      break;
-  }
+  const auto advertise = [&](auto message, const char* topic) {
+    publishers_.push_back(node.advertise<decltype(message)>(topic, 1));
+  };
+  if (mode == OutputMode::cmd_drive) advertise(jackal_msgs::Drive(), "cmd_drive");
+  if (mode == OutputMode::twist) advertise(geometry_msgs::Twist(), "cmd_vel");
+  if (mode != OutputMode::gazebo) return;
+  advertise(std_msgs::Float64(), "jackal_left_wheel/command");
+  advertise(std_msgs::Float64(), "jackal_right_wheel/command");
 }
 
 std::vector<std::string> CommandOutput::topics() const {
@@ -60,17 +46,12 @@ std::string CommandOutput::complaint() const {
 }
 
 void CommandOutput::publish(const WheelCommand& command) {
-  switch (mode_) {
-    case OutputMode::cmd_drive:
-      publishers_[0].publish(driveMessage(command));
-      break;
-    case OutputMode::twist:
-      publishers_[0].publish(twistMessage(kinematics_.bodyVelocity(command)));
-      break;
-    case OutputMode::gazebo:
-      publishers_[0].publish(wheelMessage(command.left));
-      publishers_[1].publish(wheelMessage(command.right));
-      break;
+  if (mode_ == OutputMode::cmd_drive) publishers_[0].publish(driveMessage(command));
+  if (mode_ == OutputMode::twist) publishers_[0].publish(twistMessage(kinematics_.bodyVelocity(command)));
+  for (Eigen::Index side = 0; mode_ == OutputMode::gazebo && side < 2; ++side) {
+    std_msgs::Float64 message;
+    message.data = command.vector()(side);
+    publishers_[static_cast<std::size_t>(side)].publish(message);
   }
 }
 

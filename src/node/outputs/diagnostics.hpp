@@ -13,6 +13,7 @@
 #include <string>
 
 #include "jackal_aic/safety/drive_loop.hpp"
+#include "outputs/state_output.hpp"
 
 namespace jackal_aic {
 
@@ -22,43 +23,31 @@ class StatusReport {
   /// @param set_point_deadline age at which a set point stops the robot [s]; 0: never.
   explicit StatusReport(double set_point_deadline = 0.0) : set_point_deadline_(set_point_deadline) {}
 
-  /// Logs the changes. @param contender other publisher of commands, if known. True if the reason for not driving has
-  /// changed, so that diagnostics are due.
+  /// Logs the changes of an action step; a fault that stops the robot is one line. @param contender other publisher of
+  /// commands, if known. True if the reason for not driving has changed, so that diagnostics are due.
   bool update(const DriveLoopStatus& status, const std::string& contender);
-
-  /// Logs a fault or a loss that has not stopped the robot for `patience` of wall time. One that stops it sooner is
-  /// logged with the stop, in one line.
-  void settle(ros::WallDuration patience = ros::WallDuration(0.1));
 
   /// Logs a refused message. @param count number of refused messages.
   static void refused(const std::string& what, std::uint32_t count);
 
-  /// reason(DriveLoopStatus) of the last update.
-  const std::string& reason() const { return reason_; }
-
-  /// Level, reason and counters of the last update. @param missing sources without a message since the start
-  /// (wheels_missing, imu_missing), reported while it is idle. @param no_subscriber text if the commands have no
-  /// subscriber; else empty.
-  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing = {},
+  /// Level, reason and counters of the last update. @param missing sources without a message since the start, in
+  /// words, reported while it is idle. @param no_subscriber text if the commands have no subscriber; else empty.
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status, const std::string& missing = {},
                 const std::string& no_subscriber = {}) const;
 
  private:
-  void logDecision(const DriveLoopStatus& before);
+  bool logDecision(const DriveLoopStatus& before);
   void logStop(const char* what);
-  void logFault(Fault before);
-  void logLoss();
+  void logFault(Fault before, bool stopped);
+  void logLoss(bool stopped);
   void logClearedCause(const DriveLoopStatus& before) const;
-  void diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
-  void diagnoseIdle(diagnostic_updater::DiagnosticStatusWrapper& status, const StopCauses& missing) const;
+  void diagnoseStatus(diagnostic_updater::DiagnosticStatusWrapper& status) const;
 
   double set_point_deadline_;
   DriveLoopStatus status_;
-  Loss logged_loss_ = Loss::none;  // and not over yet
-  bool fault_pending_ = false;     // not logged yet: it may stop the robot
-  bool loss_pending_ = false;      // the same for a loss
-  ros::WallTime pending_since_;
+  Loss logged_loss_ = Loss::none;            // and not over yet
   StopCause logged_stop_ = StopCause::none;  // for which the robot brakes
-  std::string reason_;
+  std::string reason_;                       // reason(DriveLoopStatus)
 };
 
 /// Log lines and /diagnostics of the node, in another thread than the driving one.
@@ -67,24 +56,20 @@ class DiagnosticsOutput {
   /// What is reported.
   struct Snapshot {
     DriveLoopStatus status;
-    std::string contender;  ///< as in StatusReport::update()
-    std::uint32_t rejected_measurements = 0;
-    double free_energy = 0.0;
+    Surroundings around;
+    std::string missing;  ///< as in StatusReport::diagnose()
     bool master_reachable = true;
-    StopCauses missing;  ///< as in StatusReport::diagnose()
   };
 
-  /// @param controller name of the preset, or of the structure; @param set_point_topic resolved name;
-  /// @param set_point_deadline as StatusReport.
-  DiagnosticsOutput(std::string controller, std::string set_point_topic, double set_point_deadline);
+  /// @param preset its name; @param set_point_topic resolved name; @param set_point_deadline as StatusReport.
+  DiagnosticsOutput(std::string preset, std::string set_point_topic, double set_point_deadline);
 
   /// In the thread that drives: hands over what is to be reported. While the other thread is seconds late, snapshots
   /// are dropped; a later one has the changes.
   void post(const Snapshot& snapshot) { snapshots_.push(snapshot); }
 
   /// In the other thread: logs changes, and publishes periodically and after changes.
-  /// @param no_subscriber as in StatusReport::diagnose(); it is reported when it has lasted.
-  void publish(const std::string& no_subscriber);
+  void publish();
 
  private:
   void announce();
@@ -93,14 +78,11 @@ class DiagnosticsOutput {
   boost::lockfree::spsc_queue<Snapshot, boost::lockfree::capacity<256>> snapshots_;
 
   // Of the other thread.
-  std::string controller_;
-  std::string set_point_topic_;
+  std::string preset_, set_point_topic_;
   ros::WallTime started_ = ros::WallTime::now();
   bool ready_logged_ = false;
-  bool missing_logged_ = false;
   StatusReport report_;
   std::optional<Snapshot> reported_;
-  std::string no_subscriber_;
   ros::WallTime connected_ = ros::WallTime::now();  // last time that the commands had a subscriber, or the start
   diagnostic_updater::Updater updater_;
 };

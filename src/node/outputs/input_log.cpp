@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <ros/console.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -92,12 +93,11 @@ struct Values {
     a(slip.effective_track, slip.slip_factor);
     if (present(slip.turn)) {
       for (int i = 0; i < slip.turn->mean.size(); ++i) a(slip.turn->mean(i));
-      for (int i = 0; i < slip.turn->mean.size(); ++i) {
-        for (int j = 0; j <= i; ++j) {
-          a(slip.turn->covariance(i, j));
-          slip.turn->covariance(j, i) = slip.turn->covariance(i, j);
-        }
+      auto& covariance = slip.turn->covariance;
+      for (int i = 0; i < covariance.rows(); ++i) {
+        for (int j = 0; j <= i; ++j) a(covariance(i, j));
       }
+      covariance = covariance.selfadjointView<Eigen::Lower>().toDenseMatrix().eval();
     }
     if (present(timing)) a(timing->dead_time, timing->lag, timing->acceleration_limit);
   }
@@ -115,13 +115,10 @@ using What = decltype(DriveInput::what);
 constexpr std::size_t kKinds = std::variant_size_v<What>;
 static_assert(kKinds == LoopInput::START + 1, "the constants of LoopInput.msg are the indices of the variant");
 
-/// An empty input of a kind.
+/// An empty input of each kind.
 template <std::size_t... kinds>
-What emptyInput(std::size_t kind, std::index_sequence<kinds...>) {
-  What what;
-  const bool known = ((kind == kinds ? (what.emplace<kinds>(), true) : false) || ...);
-  if (!known) throw ParameterError(fmt::format("a recorded input is of kind {}, which is not known", kind));
-  return what;
+std::array<What, kKinds> emptyInputs(std::index_sequence<kinds...>) {
+  return {What(std::in_place_index<kinds>)...};
 }
 
 }  // namespace
@@ -140,11 +137,15 @@ void addInput(const DriveInput& input, LoopInputs& message) {
 }
 
 std::vector<DriveInput> inputsOf(const LoopInputs& message) {
+  static const auto kEmpty = emptyInputs(std::make_index_sequence<kKinds>());
   std::vector<DriveInput> inputs;
   inputs.reserve(message.inputs.size());
   std::size_t gains = 0;
   for (const LoopInput& recorded : message.inputs) {
-    DriveInput input{recorded.now, emptyInput(recorded.kind, std::make_index_sequence<kKinds>())};
+    if (recorded.kind >= kKinds) {
+      throw ParameterError(fmt::format("a recorded input is of kind {}, which is not known", recorded.kind));
+    }
+    DriveInput input{recorded.now, kEmpty[recorded.kind]};
     std::vector<double> values = recorded.values;
     Archive archive(values, true);
     std::visit(Values{archive}, input.what);
@@ -168,19 +169,18 @@ InputLog::InputLog(ros::NodeHandle& node, const NodeParameters& parameters, Driv
 }
 
 void InputLog::keep(const DriveInput& input) {
-  if (kept_.size() == kept_.capacity()) dropKept();
+  if (kept_.size() == kept_.capacity()) {
+    ROS_WARN_ONCE(
+        "Nothing recorded jackal_AIC/inputs in the first %.0f s: a later recording cannot be replayed bit by bit",
+        kKeptTime);
+    dropKept();
+  }
   kept_.push_back(input);
 }
 
 void InputLog::publish(const ros::Time& now) {
   const bool heard = publisher_.getNumSubscribers() > 0;
-  if (!heard && !had_subscriber_ && first_ == 0) return;
-  if (first_ > 0 && !had_subscriber_) {
-    ROS_WARN_ONCE(
-        "Nothing recorded jackal_AIC/inputs in the first %.0f s: a later recording cannot be replayed bit by bit",
-        kKeptTime);
-  }
-  had_subscriber_ = had_subscriber_ || heard;
+  if (!heard && first_ == 0) return;  // a recorder that starts with the node receives everything
   if (heard) {
     LoopInputs message;
     message.header.stamp = now;

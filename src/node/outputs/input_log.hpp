@@ -42,9 +42,8 @@ class InputLog {
 
   NodeParameters configuration_;  // in force after the last input that was published
   std::vector<DriveInput> kept_;
-  std::uint64_t first_ = 0;      // number of the first kept one
-  bool had_subscriber_ = false;  // a recorder has subscribed
-  ros::Time configured_;         // when the configuration was published last
+  std::uint64_t first_ = 0;  // number of the first kept one
+  ros::Time configured_;     // when the configuration was published last
   ros::Publisher publisher_;
 };
 

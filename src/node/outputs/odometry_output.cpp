@@ -11,6 +11,7 @@ constexpr int kSize = 6;                   // of a covariance: x, y, z, roll, pi
 constexpr int kPlanar[] = {0, 1, 5};       // rows of x, y and yaw
 constexpr int kMotion[] = {0, 5};          // rows of the forward speed and the yaw rate
 constexpr double kGroundVariance = 0.001;  // m^2, of the exact initial pose
+constexpr double kSmallVariance = 0.001;   // (m/s)^2, of speeds that wheels do not have, as in the stock odometry
 
 /// The diagonal of the components that wheels and gyro do not measure: y and z, roll and pitch.
 void setRest(double sideways, double vertical, Covariance& covariance) {
@@ -22,29 +23,28 @@ void setRest(double sideways, double vertical, Covariance& covariance) {
 
 }  // namespace
 
-void fillOdometry(const PlanarPose& pose, const PlanarMotion& motion, nav_msgs::Odometry& message) {
+void fillMotionCovariance(const Eigen::Matrix2d& covariance, double rest, Covariance& matrix) {
+  setRest(rest, rest, matrix);
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) matrix[kMotion[i] * kSize + kMotion[j]] = covariance(i, j);
+  }
+}
+
+void fillOdometry(const PlanarPose& pose, const Eigen::Matrix3d& covariance, const PlanarMotion& motion,
+                  nav_msgs::Odometry& message) {
   message.pose.pose.position.x = pose.x;
   message.pose.pose.position.y = pose.y;
   message.pose.pose.orientation.z = std::sin(0.5 * pose.heading);
   message.pose.pose.orientation.w = std::cos(0.5 * pose.heading);
   message.twist.twist.linear.x = motion.forward;
   message.twist.twist.angular.z = motion.yaw_rate;
-}
-
-void fillPoseCovariance(const Eigen::Matrix3d& covariance, nav_msgs::Odometry& message) {
   auto& matrix = message.pose.covariance;
   setRest(0.0, kUnknownVariance, matrix);
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) matrix[kPlanar[i] * kSize + kPlanar[j]] = covariance(i, j);
     matrix[kPlanar[i] * (kSize + 1)] += kGroundVariance;
   }
-}
-
-void fillMotionCovariance(const Eigen::Matrix2d& covariance, double rest, Covariance& matrix) {
-  setRest(rest, rest, matrix);
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) matrix[kMotion[i] * kSize + kMotion[j]] = covariance(i, j);
-  }
+  fillMotionCovariance(motion.covariance, kSmallVariance, message.twist.covariance);
 }
 
 geometry_msgs::TransformStamped transformOf(const nav_msgs::Odometry& message) {
@@ -78,9 +78,7 @@ void OdometryOutput::advance(const WheelCommand& applied, const ros::Time& now) 
 void OdometryOutput::publish(const WheelCommand& applied, const ros::Time& now) {
   advance(applied, now);
   message_.header.stamp = now;
-  fillOdometry(odometry_.pose(), odometry_.motion(), message_);
-  fillPoseCovariance(odometry_.poseCovariance(), message_);
-  fillMotionCovariance(odometry_.motion().covariance, kSmallVariance, message_.twist.covariance);
+  fillOdometry(odometry_.pose(), odometry_.poseCovariance(), odometry_.motion(), message_);
   if (publisher_) publisher_.publish(message_);
   if (broadcaster_) broadcaster_->sendTransform(transformOf(message_));
 }

@@ -22,20 +22,16 @@ namespace jackal_aic {
 /// Variance of unknown components in a message [(m/s)^2, (rad/s)^2].
 inline constexpr double kUnknownVariance = 1e6;
 
-/// Variance of speeds that a robot on wheels does not have, as in the stock Jackal's odometry [(m/s)^2].
-inline constexpr double kSmallVariance = 0.001;
-
 /// Covariance of a pose or a twist in a message: x, y, z, roll, pitch, yaw, row by row.
 using Covariance = boost::array<double, 36>;
 
-/// Fills in pose and motion, in the planar rows of a message.
-void fillOdometry(const PlanarPose& pose, const PlanarMotion& motion, nav_msgs::Odometry& message);
-
-/// Fills in a covariance of the pose (x, y, yaw). Components that wheels and gyro do not measure have kUnknownVariance.
-void fillPoseCovariance(const Eigen::Matrix3d& covariance, nav_msgs::Odometry& message);
-
 /// Fills in a covariance of the motion (x_dot, theta_dot). @param rest variance of the other speeds.
 void fillMotionCovariance(const Eigen::Matrix2d& covariance, double rest, Covariance& matrix);
+
+/// Fills in pose and motion with their covariances. @param covariance of the pose (x, y, yaw). Components that wheels
+/// and gyro do not measure have kUnknownVariance.
+void fillOdometry(const PlanarPose& pose, const Eigen::Matrix3d& covariance, const PlanarMotion& motion,
+                  nav_msgs::Odometry& message);
 
 /// The pose of a message as the transform between its frames.
 geometry_msgs::TransformStamped transformOf(const nav_msgs::Odometry& message);

@@ -91,37 +91,21 @@ void fillState(const DriveLoop& loop, const ros::Time& stamp, ControllerState& m
   if (loop.predictive() != nullptr) take(*loop.predictive(), message);
 }
 
-void addRemarks(const StateRemarks& remarks, const std::string& frame, ControllerState& message) {
-  const bool driven = (message.command_left != 0.0 || message.command_right != 0.0) && remarks.no_subscriber.empty();
+void addRemarks(const DriveLoopStatus& status, const Surroundings& around, const std::string& frame,
+                ControllerState& message) {
+  const bool driven = (message.command_left != 0.0 || message.command_right != 0.0) && around.no_subscriber.empty();
   message.header.frame_id = frame;
-  message.driven_by = remarks.by_another ? ControllerState::BY_ANOTHER
-                      : driven           ? ControllerState::BY_US
-                                         : ControllerState::BY_NOBODY;
+  message.driven_by = around.contended || status.handed_over ? ControllerState::BY_ANOTHER
+                      : driven                               ? ControllerState::BY_US
+                                                             : ControllerState::BY_NOBODY;
   message.summary = summary(message);
-  message.reason = remarks.reason;
-  if (!remarks.no_subscriber.empty() && message.status == ControllerState::DRIVING) {
-    message.reason += (message.reason.empty() ? "" : "; ") + remarks.no_subscriber;
+  message.reason = reason(status, around.contender);
+  if (!around.no_subscriber.empty() && message.status == ControllerState::DRIVING) {
+    message.reason += (message.reason.empty() ? "" : "; ") + around.no_subscriber;
   }
-  message.rejected_measurements += remarks.rejected;
-  message.hypothesis = remarks.suspicion.probability > 0.0 ? faults::text(remarks.suspicion.hypothesis) : "";
-  message.hypothesis_probability = remarks.suspicion.probability;
-}
-
-SensorGeneralized sensorMessage(const GeneralizedSensor& measurement) {
-  SensorGeneralized message;
-  takeChannel(measurement, kYawRate, message.yaw_rate);
-  takeChannel(measurement, kWheelLeft, message.wheel_left);
-  takeChannel(measurement, kWheelRight, message.wheel_right);
-  takeChannel(measurement, kAccelerationX, message.acceleration_x);
-  takeChannel(measurement, kAccelerationY, message.acceleration_y);
-  return message;
-}
-
-geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller) {
-  geometry_msgs::TwistWithCovarianceStamped message;
-  message.twist.twist = twistMessage(controller.believedVelocity());
-  fillMotionCovariance(controller.motionCovariance(), kUnknownVariance, message.twist.covariance);
-  return message;
+  message.rejected_measurements += around.rejected;
+  message.hypothesis = status.suspicion.probability > 0.0 ? faults::text(status.suspicion.hypothesis) : "";
+  message.hypothesis_probability = status.suspicion.probability;
 }
 
 StateOutput::StateOutput(ros::NodeHandle& node, const NodeParameters& parameters, const DriveLoop& loop)
@@ -134,24 +118,31 @@ StateOutput::StateOutput(ros::NodeHandle& node, const NodeParameters& parameters
 }
 
 void StateOutput::publishMeasurement(const ros::Time& stamp) {
+  GeneralizedSensor y;  // the baseline has none
+  if (const auto* thesis = thesisController(loop_)) y = thesis->measurement();
+  if (const auto* predictive = loop_.predictive()) y = predictive->measurement().vector();
   SensorGeneralized message;
-  if (const auto* thesis = thesisController(loop_)) message = sensorMessage(thesis->measurement());
-  if (const auto* predictive = loop_.predictive()) {
-    message = sensorMessage(GeneralizedSensor(predictive->measurement().vector()));
-  }
   message.header.stamp = stamp;
   message.header.frame_id = frame_;
+  takeChannel(y, kYawRate, message.yaw_rate);
+  takeChannel(y, kWheelLeft, message.wheel_left);
+  takeChannel(y, kWheelRight, message.wheel_right);
+  takeChannel(y, kAccelerationX, message.acceleration_x);
+  takeChannel(y, kAccelerationY, message.acceleration_y);
   measurement_publisher_.publish(message);
 }
 
-void StateOutput::publish(const ros::Time& stamp, const StateRemarks& remarks) {
+void StateOutput::publish(const ros::Time& stamp, const DriveLoopStatus& status, const Surroundings& around) {
   ControllerState message;
   fillState(loop_, stamp, message);
-  addRemarks(remarks, frame_, message);
+  addRemarks(status, around, frame_, message);
   state_publisher_.publish(message);
-  if (loop_.predictive() == nullptr) return;
-  geometry_msgs::TwistWithCovarianceStamped belief = beliefMessage(*loop_.predictive());
+  const PredictiveController* controller = loop_.predictive();
+  if (controller == nullptr) return;
+  geometry_msgs::TwistWithCovarianceStamped belief;
   belief.header = message.header;
+  belief.twist.twist = twistMessage(controller->believedVelocity());
+  fillMotionCovariance(controller->motionCovariance(), kUnknownVariance, belief.twist.covariance);
   belief_publisher_.publish(belief);
 }
 

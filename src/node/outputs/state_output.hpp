@@ -22,27 +22,20 @@ namespace jackal_aic {
 /// Fills in the state of the loop. Does not lock; allocates only if the message had other orders before.
 void fillState(const DriveLoop& loop, const ros::Time& stamp, ControllerState& message);
 
-/// Part of the state that the loop does not know.
-struct StateRemarks {
-  std::string reason;                ///< why the robot is not driven, reason(DriveLoopStatus)
-  std::string no_subscriber;         ///< says that the commands have no subscriber; empty: they have one
-  bool by_another = false;           ///< another node has the motors
-  std::uint32_t rejected = 0;        ///< messages of sensors that the loop has not seen
-  faults::Suspicion suspicion = {};  ///< DriveLoopStatus::suspicion
+/// What the loop does not know.
+struct Surroundings {
+  std::string contender;       ///< other publishers of commands or set points, with a remedy
+  std::string no_subscriber;   ///< says that the commands have no subscriber; empty: they have one
+  bool contended = false;      ///< another node publishes commands
+  std::uint32_t rejected = 0;  ///< messages of sensors that the loop has not seen
 };
 
 /// Completes a message that fillState() filled in. @param frame of the body velocity.
-void addRemarks(const StateRemarks& remarks, const std::string& frame, ControllerState& message);
+void addRemarks(const DriveLoopStatus& status, const Surroundings& around, const std::string& frame,
+                ControllerState& message);
 
 /// The status in a word: "driving".
 const char* statusName(const ControllerState& state);
-
-/// y_tilde as a message; the header is left to the caller.
-SensorGeneralized sensorMessage(const GeneralizedSensor& measurement);
-
-/// Believed body velocity with its covariance; header left to the caller. Components outside the belief have
-/// kUnknownVariance.
-geometry_msgs::TwistWithCovarianceStamped beliefMessage(const PredictiveController& controller);
 
 /// Publishes state, measurement and belief of a drive loop.
 class StateOutput {
@@ -54,7 +47,7 @@ class StateOutput {
   void publishMeasurement(const ros::Time& stamp);
 
   /// The state after an action update, and the belief.
-  void publish(const ros::Time& stamp, const StateRemarks& remarks);
+  void publish(const ros::Time& stamp, const DriveLoopStatus& status, const Surroundings& around);
 
  private:
   std::string frame_;

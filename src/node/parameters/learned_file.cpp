@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
@@ -39,24 +41,13 @@ void describeFields(Visitor& v, KeptSlip& p) {
   v.field("turn_covariance", p.turn_covariance, {-kLargest, kLargest}, kTriangle, "", Presence::optional);
 }
 
-/// The configuration before the robot learned, in words.
-struct Configured {
-  std::string slip, drive_train;
-};
-
-template <class Visitor>
-void describeFields(Visitor& v, Configured& p) {
-  v.field("slip", p.slip, Presence::optional);
-  v.field("drive_train", p.drive_train, Presence::optional);
-}
-
-Configured wordsOf(const LearnedModel& model) {
-  return {fmt::format("effective track {:g} m, slip factor {:g}", model.slip.effective_track, model.slip.slip_factor),
-          model.timing ? fmt::format("dead time {:g} s, lag {:g} s", model.timing->dead_time, model.timing->lag) : ""};
-}
-
-void requireSame(const std::string& then, const std::string& now) {
-  if (then != now) throw ParameterError(fmt::format("learned with {}, configured with {} now", then, now));
+/// A model in words, by the keys below `configured`; the drive train may be empty.
+std::array<std::pair<const char*, std::string>, 2> wordsOf(const LearnedModel& model) {
+  return {
+      {{"slip",
+        fmt::format("effective track {:g} m, slip factor {:g}", model.slip.effective_track, model.slip.slip_factor)},
+       {"drive_train",
+        !model.timing ? "" : fmt::format("dead time {:g} s, lag {:g} s", model.timing->dead_time, model.timing->lag)}}};
 }
 
 /// @throws ParameterError if there are too few numbers, or if TurnModel would not take them.
@@ -68,9 +59,9 @@ std::optional<TurnCoefficients> turnOf(const KeptSlip& p) {
                     p.turn_coefficients.size(), p.turn_covariance.size(), kCoefficients, kTriangle));
   }
   TurnCoefficients turn;
+  turn.mean = Eigen::Map<const Eigen::Vector4d>(p.turn_coefficients.data());
   auto next = p.turn_covariance.begin();
   for (int i = 0; i < turn.mean.size(); ++i) {
-    turn.mean(i) = p.turn_coefficients[static_cast<std::size_t>(i)];
     for (int j = 0; j <= i; ++j) turn.covariance(i, j) = turn.covariance(j, i) = *next++;
   }
   TurnModel(1.0).setCoefficients(turn);
@@ -81,8 +72,8 @@ std::string textOf(const LearnedModel& learned, const LearnedModel& configured) 
   KeptSlip kept{learned.slip, configured.slip};
   const TurnCoefficients turn =
       learned.slip.turn.value_or(TurnModel(learned.slip.slip_factor / learned.slip.effective_track).coefficients());
+  kept.turn_coefficients.assign(turn.mean.data(), turn.mean.data() + turn.mean.size());
   for (int i = 0; i < turn.mean.size(); ++i) {
-    kept.turn_coefficients.push_back(turn.mean(i));
     for (int j = 0; j <= i; ++j) kept.turn_covariance.push_back(turn.covariance(i, j) + 0.0);  // no -0
   }
   std::string text = "# What the predictive controller learned; read at its start, rewritten while it runs.\n" +
@@ -91,7 +82,11 @@ std::string textOf(const LearnedModel& learned, const LearnedModel& configured) 
   if (timing && timing->dead_time <= kLongestTiming.dead_time && timing->lag <= kLongestTiming.lag) {
     text += yamlBlock("drive_train", *timing);
   }
-  return text + yamlBlock("configured", wordsOf(configured));
+  text += "configured:\n";
+  for (const auto& [key, words] : wordsOf(configured)) {
+    if (!words.empty()) text += fmt::format("  {}: {}\n", key, yamlQuoted(words));
+  }
+  return text;
 }
 
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
@@ -100,15 +95,22 @@ std::string textOf(const LearnedModel& learned, const LearnedModel& configured) 
 
 }  // namespace
 
+std::string describe(const LearnedModel& model) {
+  const auto words = wordsOf(model);
+  return words[0].second + (model.timing ? ", " + words[1].second : "");
+}
+
 std::optional<LearnedModel> readLearnedFile(const std::string& path, const LearnedModel& configured) {
   std::error_code unknown;
   if (std::filesystem::status(path, unknown).type() == std::filesystem::file_type::not_found) return std::nullopt;
   try {
     ParameterMap map;
     addYamlFile(path, map);
-    const Configured now = wordsOf(configured), then = readParameters(map, "configured", now);
-    requireSame(then.slip, now.slip);
-    requireSame(then.drive_train, now.drive_train);
+    for (const auto& [key, now] : wordsOf(configured)) {
+      std::string then = now;
+      ParameterReader(map, "configured").field(key, then, Presence::optional);
+      if (then != now) throw ParameterError(fmt::format("learned with {}, configured with {} now", then, now));
+    }
     const KeptSlip read = readParameters(map, "slip", KeptSlip{configured.slip, configured.slip});
     LearnedModel learned{{read.slip.effective_track, read.slip.slip_factor, turnOf(read)}};
     if (map.hasSection("drive_train")) learned.timing = readParameters<DriveTrainTiming>(map, "drive_train");

@@ -10,6 +10,9 @@
 
 namespace jackal_aic {
 
+/// A model in words: "effective track 0.56 m, slip factor 1, dead time 0.08 s, lag 0.01 s".
+std::string describe(const LearnedModel& model);
+
 /// Reads a file: keys slip.effective_track [m], slip.slip_factor, slip.turn_coefficients and slip.turn_covariance
 /// (lower triangle, row by row), drive_train.dead_time and drive_train.lag [s]; as configured.slip and
 /// configured.drive_train the configuration before the robot learned, in words. Empty if there is no such file.

@@ -1,225 +1,152 @@
 #include "parameters/live_parameters.hpp"
 
-#include <optional>
 #include <variant>
 
 #include "jackal_aic/certificate/certificate.hpp"
-#include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 #include "parameters/learned_file.hpp"
 
 namespace jackal_aic {
 namespace {
 
-const ros::Duration kKeepPeriod(10.0);  // of writing the learned file
+const ros::Duration kWritingPeriod(10.0);  // of the learned file
 
-std::string describe(const LearnedModel& learned) {
-  std::string text =
-      fmt::format("effective track {:g} m, slip factor {:g}", learned.slip.effective_track, learned.slip.slip_factor);
-  if (learned.timing) {
-    text += fmt::format(", dead time {:.3f} s, lag {:.3f} s", learned.timing->dead_time, learned.timing->lag);
+void logCertificate(const NodeParameters& parameters) {
+  if (!parameters.plant_model) {
+    ROS_INFO("No plant model: checked the stability of the belief update only, not of the closed loop");
+    return;
   }
-  return text;
-}
-
-void logCertificate(const LinearLoop& loop) {
+  const LinearLoop loop = closedLoop(parameters, drivenModel(*parameters.plant_model));
   const Certificate certificate = certify(loop);
   const auto level = certificate.keeps(MarginBounds{}) ? ros::console::levels::Info : ros::console::levels::Warn;
   ROS_LOG(level, ROSCONSOLE_DEFAULT_NAME, "%s", advice(certificate, loop).c_str());
 }
 
-/// Refuses gains that are unstable, and warns of those with a thin margin.
-void requireStableGains(const LinearLoop& loop) {
-  requireStable(loop);
-  const Certificate certificate = certify(loop);
-  if (!certificate.keeps(MarginBounds{})) ROS_WARN("%s", advice(certificate, loop).c_str());
-}
-
-class ThesisServer : public LiveParameterServer {
- public:
-  ThesisServer(const ros::NodeHandle& node, const NodeParameters& parameters, const ControllerParameters& gains,
-               LoopExchange& loop)
-      : geometry_(parameters.geometry),
-        loop_(loop),
-        gain_server_(node, "controller", gains, [this](const auto& wanted) { adopt(wanted); }) {
-    if (parameters.plant_model) plant_ = drivenModel(*parameters.plant_model);
-    if (!plant_) {
-      ROS_INFO("No plant model: checked the stability of the belief update only, not of the closed loop");
-      return;
-    }
-    logCertificate(LinearLoop(gains, geometry_, *plant_));
-  }
-
- private:
-  void adopt(const ControllerParameters& wanted) {
-    validate(wanted, geometry_);
-    if (plant_) requireStableGains(LinearLoop(wanted, geometry_, *plant_));
-    loop_.adoptGains(wanted);
-  }
-
-  GeometryParameters geometry_;
-  std::optional<PlantModel> plant_;
-  LoopExchange& loop_;
-  GainServer<ControllerParameters, ControllerGainsConfig> gain_server_;
-};
-
-/// Gains are certified on the robot that the controller believes in.
-class PredictiveServer : public LiveParameterServer {
- public:
-  PredictiveServer(const ros::NodeHandle& node, const NodeParameters& parameters, const PredictiveParameters& gains,
-                   LoopExchange& loop)
-      : model_(drivenModel(parameters.plant_model.value())),
-        gains_(gains),
-        loop_(loop),
-        configured_(loop.learned()),
-        path_(parameters.slip_file),
-        freeze_service_(ros::NodeHandle(node).advertiseService("freeze_learning", &PredictiveServer::onFreeze, this)),
-        save_service_(ros::NodeHandle(node).advertiseService("save_learned_model", &PredictiveServer::onSave, this)),
-        gain_server_(node, "predictive", gains, [this](const auto& wanted) { adoptGains(wanted); }),
-        variance_server_(node, "sensors", gains, [this](const auto& wanted) { adoptVariances(wanted); }) {
-    logCertificate(LinearLoop(gains, model_, model_));
-    if (path_.empty()) return;
-    read();
-    if (write().empty()) ROS_INFO("Learned file %s: %s", path_.c_str(), describe(loop_.learned()).c_str());
-  }
-
-  ~PredictiveServer() override {
-    if (!path_.empty()) write();
-  }
-
-  void keep(const ros::Time& now) override {
-    if (path_.empty() || (now >= kept_ && now - kept_ < kKeepPeriod)) return;
-    kept_ = now;
-    write();
-  }
-
- private:
-  /// The robot drives although the file cannot be used.
-  void read() {
-    try {
-      if (const auto kept = readLearnedFile(path_, configured_)) loop_.setLearned(*kept);
-    } catch (const ParameterError& error) {
-      const std::string aside = putAside(path_) ? ", and the file is now " + path_ + ".old" : "";
-      ROS_WARN("%s. Learning starts from the configuration%s", error.what(), aside.c_str());
-    }
-  }
-
-  /// Returns why it failed, after a warning: a robot drives without the file, which the next attempt may write.
-  std::string write() const {
-    try {
-      writeLearnedFile(path_, loop_.learned(), configured_);
-      return "";
-    } catch (const ParameterError& error) {
-      ROS_WARN("%s: the learned model is not saved", error.what());
-      return error.what();
-    }
-  }
-
-  bool onFreeze(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-    loop_.freezeLearning(request.data);
-    response.success = true;
-    response.message = (request.data ? "frozen: " : "learning: ") + describe(loop_.learned());
-    return true;
-  }
-
-  bool onSave(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-    const std::string failure = path_.empty() ? "slip.file is not set: there is no file to write" : write();
-    response.success = failure.empty();
-    response.message = failure.empty() ? path_ + ": " + describe(loop_.learned()) : failure;
-    return true;
-  }
-
-  void adoptGains(PredictiveParameters wanted) {
-    static_cast<SensorNoise&>(wanted) = gains_;
-    adopt(wanted);
-  }
-
-  void adoptVariances(const SensorNoise& wanted) {
-    PredictiveParameters gains = gains_;
-    static_cast<SensorNoise&>(gains) = wanted;
-    adopt(gains);
-  }
-
-  void adopt(const PredictiveParameters& wanted) {
-    validate(wanted);
-    requireStableGains(LinearLoop(wanted, model_, model_));
-    loop_.adoptGains(wanted);
-    gains_ = wanted;
-  }
-
-  PlantModel model_;
-  PredictiveParameters gains_;  // in force
-  LoopExchange& loop_;
-  LearnedModel configured_;
-  std::string path_;  // of the learned file; empty: none
-  ros::Time kept_;    // time of the last write
-  ros::ServiceServer freeze_service_;
-  ros::ServiceServer save_service_;
-  GainServer<PredictiveParameters, PredictiveGainsConfig> gain_server_;
-  GainServer<SensorNoise, SensorNoiseConfig> variance_server_;
-};
-
 }  // namespace
 
-void LoopExchange::setLearned(const LearnedModel& learned) {
-  const std::lock_guard<std::mutex> lock(requests_);
-  wanted_model_.write(learned_ = learned);
+void LoopExchange::request(const decltype(DriveInput::what)& change) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!changes_.push({0.0, change})) throw ParameterError("the controller does not run, and takes no further changes");
+  if (const auto* restored = std::get_if<LearnedInput>(&change)) learned_ = restored->learned;
 }
 
 LearnedModel LoopExchange::learned() const {
-  const std::lock_guard<std::mutex> lock(requests_);
-  if (const LearnedModel* believed = believed_model_.read()) learned_ = *believed;
+  const std::lock_guard<std::mutex> lock(mutex_);
   return learned_;
 }
 
-void LoopExchange::apply(DriveLoop& loop, double now) {
-  if (const ControllerParameters* gains = thesis_gains_.read()) loop.adoptGains(*gains, now);
-  if (const PredictiveParameters* gains = predictive_gains_.read()) loop.adoptGains(*gains, now);
-  if (const LearnedModel* learned = wanted_model_.read()) loop.setLearned(*learned, now);
-  if (const bool* frozen = frozen_.read()) loop.freezeLearning(*frozen, now);
+bool LoopExchange::apply(DriveLoop& loop, double now) {
+  bool restarted = false;
+  changes_.consume_all([&](DriveInput& change) {
+    change.now = now;
+    loop.take(change);
+    restarted = restarted || std::holds_alternative<StartInput>(change.what);
+  });
+  return restarted;
 }
 
 void LoopExchange::send(const DriveLoop& loop) {
-  if (loop.predictive() != nullptr) believed_model_.write(loop.predictive()->learned());
+  at_rest_ = loop.command().vector().cwiseAbs().maxCoeff() < thresholds::kRest;
+  const std::unique_lock<std::mutex> lock(mutex_, std::try_to_lock);  // a later call hands it over
+  if (lock && loop.predictive() != nullptr) learned_ = loop.predictive()->learned();
 }
 
-std::unique_ptr<LiveParameterServer> serveLiveParameters(const ros::NodeHandle& node, const NodeParameters& parameters,
-                                                         LoopExchange& loop) {
-  if (const auto* gains = std::get_if<PredictiveParameters>(&parameters.controller)) {
-    return std::make_unique<PredictiveServer>(node, parameters, *gains, loop);
-  }
-  // A robot's file may name it with any preset.
-  if (!parameters.slip_file.empty()) ROS_WARN("slip.file is not used: only preset:=predictive learns");
+LiveParameterServer::LiveParameterServer(ros::NodeHandle node, const NodeParameters& parameters, LoopExchange& loop)
+    : parameters_(parameters), loop_(loop), configured_(loop.learned()) {
   if (const auto* gains = std::get_if<ControllerParameters>(&parameters.controller)) {
-    return std::make_unique<ThesisServer>(node, parameters, *gains, loop);
+    thesis_gains_.emplace(node, "controller", *gains, [this](const auto& wanted) { adopt(wanted); });
+    // A robot's file may name it with any preset.
+    if (!parameters.slip_file.empty()) ROS_WARN("slip.file is not used: only preset:=predictive learns");
+  } else if (const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller)) {
+    predictive_gains_.emplace(node, "predictive", *predictive, [this](PredictiveParameters wanted) {
+      static_cast<SensorNoise&>(wanted) = std::get<PredictiveParameters>(parameters_.controller);
+      adopt(wanted);
+    });
+    variances_.emplace(node, "sensors", *predictive, [this](const SensorNoise& wanted) {
+      auto gains = std::get<PredictiveParameters>(parameters_.controller);
+      static_cast<SensorNoise&>(gains) = wanted;
+      adopt(gains);
+    });
+    freeze_service_ = node.advertiseService("freeze_learning", &LiveParameterServer::onFreeze, this);
+    save_service_ = node.advertiseService("save_learned_model", &LiveParameterServer::onSave, this);
+    if (learns()) {
+      readLearned();
+      writing_ = node.createTimer(kWritingPeriod, [this](const ros::TimerEvent&) { writeLearned(); });
+    }
   }
-  return std::make_unique<LiveParameterServer>();
+  if (thesis_gains_ || predictive_gains_) logCertificate(parameters);
 }
 
-DriveServices::DriveServices(const ros::NodeHandle& node, Actions actions)
-    : actions_(std::move(actions)),
-      enable_service_(ros::NodeHandle(node).advertiseService("enable", &DriveServices::onEnable, this)),
-      reset_service_(ros::NodeHandle(node).advertiseService("reset", &DriveServices::onReset, this)) {}
-
-bool DriveServices::resting(const WheelCommand& command) {
-  return command.vector().cwiseAbs().maxCoeff() < thresholds::kRest;
+LiveParameterServer::~LiveParameterServer() {
+  if (learns()) writeLearned();
 }
 
-bool DriveServices::onEnable(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  actions_.enable(request.data);
+void LiveParameterServer::adopt(const Gains& wanted) {
+  NodeParameters changed = parameters_;
+  std::visit([&](const auto& gains) { changed.controller = gains; }, wanted);
+  requireStable(changed);
+  logCertificate(changed);
+  loop_.request(GainsInput{wanted});
+  parameters_.controller = changed.controller;
+}
+
+/// The robot drives although the file cannot be used.
+void LiveParameterServer::readLearned() {
+  const std::string& path = parameters_.slip_file;
+  try {
+    if (const auto kept = readLearnedFile(path, configured_)) loop_.request(LearnedInput{*kept});
+  } catch (const ParameterError& error) {
+    const std::string aside = putAside(path) ? ", and the file is now " + path + ".old" : "";
+    ROS_WARN("%s. Learning starts from the configuration%s", error.what(), aside.c_str());
+  }
+  if (writeLearned().empty()) ROS_INFO("Learned file %s: %s", path.c_str(), describe(loop_.learned()).c_str());
+}
+
+/// Returns why it failed, after a warning: a robot drives without the file, which the next attempt may write.
+std::string LiveParameterServer::writeLearned() const {
+  try {
+    writeLearnedFile(parameters_.slip_file, loop_.learned(), configured_);
+    return "";
+  } catch (const ParameterError& error) {
+    ROS_WARN("%s: the learned model is not saved", error.what());
+    return error.what();
+  }
+}
+
+bool LiveParameterServer::onFreeze(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  loop_.request(LearningInput{static_cast<bool>(request.data)});
   response.success = true;
-  response.message = request.data ? "enabled" : "disabled: the robot brakes, and stands until it is enabled again";
-  ROS_INFO("Service enable: %s", response.message.c_str());
+  response.message = (request.data ? "frozen: " : "learning: ") + describe(loop_.learned());
   return true;
 }
 
-bool DriveServices::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  response.success = actions_.at_rest();
-  if (response.success) actions_.reset();
-  response.message =
-      response.success ? "restarted; the learned model is kept" : "the robot is being driven: stop it first";
-  ROS_INFO("Service reset: %s", response.message.c_str());
+bool LiveParameterServer::onSave(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  const std::string failure = learns() ? writeLearned() : "slip.file is not set: there is no file to write";
+  response.success = failure.empty();
+  response.message = failure.empty() ? parameters_.slip_file + ": " + describe(loop_.learned()) : failure;
   return true;
+}
+
+std::array<ros::ServiceServer, 2> serveDriving(ros::NodeHandle node, LoopExchange& loop) {
+  using std_srvs::SetBool;
+  using std_srvs::Trigger;
+  const auto enable = [&loop](SetBool::Request& request, SetBool::Response& response) {
+    loop.enable(request.data);
+    response.success = true;
+    response.message = request.data ? "enabled" : "disabled: the robot brakes, and stands until it is enabled again";
+    ROS_INFO("Service enable: %s", response.message.c_str());
+    return true;
+  };
+  const auto reset = [&loop](Trigger::Request&, Trigger::Response& response) {
+    response.success = loop.atRest();
+    if (response.success) loop.request(StartInput{});
+    response.message =
+        response.success ? "restarted; the learned model is kept" : "the robot is being driven: stop it first";
+    ROS_INFO("Service reset: %s", response.message.c_str());
+    return true;
+  };
+  return {node.advertiseService<SetBool::Request, SetBool::Response>("enable", enable),
+          node.advertiseService<Trigger::Request, Trigger::Response>("reset", reset)};
 }
 
 }  // namespace jackal_aic

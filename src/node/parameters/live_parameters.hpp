@@ -14,18 +14,20 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <array>
+#include <atomic>
+#include <boost/lockfree/spsc_queue.hpp>
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "jackal_aic/predictive/learned_model.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "parameters/node_parameters.hpp"
-#include "process/latest.hpp"
 
 namespace jackal_aic {
 
@@ -74,19 +76,14 @@ Config rangeOf(const Parameters& parameters, double Bounds::*side, const Config&
 template <class Parameters, class Config>
 class GainServer {
  public:
-  /// Adopts gains. Throws ParameterError with the reason of a refusal.
-  using Adopt = std::function<void(const Parameters& wanted)>;
-
   /// @param node the controller's namespace; @param section of the parameters in it; @param running gains at the start;
-  /// @param adopt called for every change. What was taken over or refused is logged by name, and the client of a
-  /// refused change gets the running gains back.
-  GainServer(const ros::NodeHandle& node, const std::string& section, const Parameters& running, Adopt adopt)
+  /// @param adopt called for every change, throws ParameterError to refuse it. What was taken over or refused is logged
+  /// by name, and the client of a refused change gets the running gains back.
+  GainServer(const ros::NodeHandle& node, const std::string& section, const Parameters& running,
+             std::function<void(const Parameters& wanted)> adopt)
       : section_(section), running_(running), adopt_(std::move(adopt)), server_({node, section}) {
-    Config low, high;
-    server_.getConfigMin(low);
-    server_.getConfigMax(high);
-    server_.setConfigMin(rangeOf(running_, &Bounds::low, low));
-    server_.setConfigMax(rangeOf(running_, &Bounds::high, high));
+    server_.setConfigMin(rangeOf(running_, &Bounds::low, Config::__getMin__()));
+    server_.setConfigMax(rangeOf(running_, &Bounds::high, Config::__getMax__()));
     server_.setCallback([this](Config& config, std::uint32_t level) {
       constexpr std::uint32_t kAtStart = ~0u;  // the server calls when it gets its callback
       if (level != kAtStart) onRequest(settingsOf(config));
@@ -99,113 +96,95 @@ class GainServer {
  private:
   void onRequest(const NamedValues& asked) {
     ParameterMap map;
-    std::string changes, refused;
+    std::string changes;
     for (const Field& field : fieldsOf(running_)) {
       const auto found = asked.find(field.name);
       const ParameterValue& wanted = found == asked.end() ? field.value : found->second;
       map.set((section_.empty() ? "" : section_ + ".") + field.name, wanted);
       if (wanted == field.value) continue;
-      const std::string change = field.name + " = " + describe(wanted);
-      refused += fmt::format("{}{} (stays {})", refused.empty() ? "" : ", ", change, describe(field.value));
-      changes += " " + change;
+      changes += fmt::format("{}{} {} -> {}", changes.empty() ? "" : ", ", field.name, describe(field.value),
+                             describe(wanted));
     }
     if (changes.empty()) return;
     try {
       const Parameters wanted = readParameters(map, section_, running_);
       adopt_(wanted);
       running_ = wanted;
-      ROS_INFO("Changed:%s", changes.c_str());
+      ROS_INFO("Changed %s", changes.c_str());
     } catch (const ParameterError& error) {
-      ROS_ERROR("Refused %s: %s", refused.c_str(), error.what());
+      ROS_ERROR("Refused %s: %s", changes.c_str(), error.what());
     }
   }
 
   std::string section_;
   Parameters running_;
-  Adopt adopt_;
+  std::function<void(const Parameters& wanted)> adopt_;
   dynamic_reconfigure::Server<Config> server_;
 };
 
-/// Latest change of each kind of a drive loop, from the serving threads to the driving one.
+/// Changes of a drive loop from the serving threads to the driving one; learned model and rest the other way.
 class LoopExchange {
  public:
-  // From any thread except the driving one:
-  void adoptGains(const ControllerParameters& gains) { hand(thesis_gains_, gains); }      ///< certified gains
-  void adoptGains(const PredictiveParameters& gains) { hand(predictive_gains_, gains); }  ///< certified gains
-  void setLearned(const LearnedModel& learned);                ///< restored model, its values in range
-  void freezeLearning(bool frozen) { hand(frozen_, frozen); }  ///< stops (true) or resumes learning
-  LearnedModel learned() const;                                ///< recent learned model
+  explicit LoopExchange(const DriveLoop& loop) { send(loop); }
 
-  /// Applies the requests to the loop. For the driving thread; does not lock, and allocates only where the loop does
-  /// (DriveLoop::adoptGains() of the thesis' structure).
-  void apply(DriveLoop& loop, double now);
+  // For the serving threads:
+  /// Hands a change over. A restored model has its values in range, gains are certified. @throws ParameterError if the
+  /// loop has not taken the last changes.
+  void request(const decltype(DriveInput::what)& change);
+  LearnedModel learned() const;                      ///< recent learned model
+  bool atRest() const { return at_rest_; }           ///< the last command was zero within the noise
+  void enable(bool enabled) { enabled_ = enabled; }  ///< permits driving, or holds the robot
 
-  /// Hands the learned model over to the other threads; for the driving thread, as apply().
-  void send(const DriveLoop& loop);
+  // For the driving thread; they do not wait:
+  /// Applies the changes to the loop; allocates only where the loop does (DriveLoop::adoptGains() of the thesis'
+  /// structure). True if the loop was restarted.
+  bool apply(DriveLoop& loop, double now);
+  void send(const DriveLoop& loop);          ///< hands over what the other threads may read
+  bool enabled() const { return enabled_; }  ///< driving is permitted
 
  private:
-  template <class T>
-  void hand(Latest<T>& slot, const T& value) {
-    const std::lock_guard<std::mutex> lock(requests_);
-    slot.write(value);
-  }
-
-  mutable std::mutex requests_;  // between these threads
-  Latest<ControllerParameters> thesis_gains_;
-  Latest<PredictiveParameters> predictive_gains_;
-  Latest<LearnedModel> wanted_model_;
-  Latest<bool> frozen_;
-  mutable Latest<LearnedModel> believed_model_;
-  mutable LearnedModel learned_{};  // the last read model
-};
-
-/// Serves the changes of the structure that runs until it is destroyed; the baseline has none.
-class LiveParameterServer {
- public:
-  virtual ~LiveParameterServer() = default;
-
-  /// To be called regularly by the serving thread: writes the learned file every 10 s, if there is one.
-  virtual void keep(const ros::Time&) {}
+  mutable std::mutex mutex_;  // of the serving threads; the driving one only tries it
+  boost::lockfree::spsc_queue<DriveInput, boost::lockfree::capacity<32>> changes_;
+  LearnedModel learned_{};
+  std::atomic<bool> at_rest_{true}, enabled_{true};
 };
 
 /// Certifies the gains on the plant model and logs the result. Then serves the changes of the running structure in a
-/// namespace. thesis: dynamic_reconfigure of the gains in `controller`; predictive: in `predictive` and `sensors`, and
-/// the services freeze_learning (std_srvs/SetBool), which stops and resumes learning, and save_learned_model
-/// (std_srvs/Trigger), which writes the learned file at once. With such a file (slip.file) what was learned outlives
-/// the process; a file that cannot be read or written is a warning.
-/// @param node the namespace; @param parameters of the node; @param loop has to outlive what is returned.
-std::unique_ptr<LiveParameterServer> serveLiveParameters(const ros::NodeHandle& node, const NodeParameters& parameters,
-                                                         LoopExchange& loop);
+/// namespace until it is destroyed; the baseline has none. thesis: dynamic_reconfigure of the gains in `controller`;
+/// predictive: in `predictive` and `sensors`, and the services freeze_learning (std_srvs/SetBool), which stops and
+/// resumes learning, and save_learned_model (std_srvs/Trigger), which writes the learned file at once. With such a file
+/// (slip.file), written every 10 s, what was learned outlives the process; a file that cannot be read or written is a
+/// warning.
+class LiveParameterServer {
+ public:
+  /// @param node the namespace; @param parameters of the node; @param loop has to outlive the server.
+  LiveParameterServer(ros::NodeHandle node, const NodeParameters& parameters, LoopExchange& loop);
+  ~LiveParameterServer();
+  LiveParameterServer(const LiveParameterServer&) = delete;
+  LiveParameterServer& operator=(const LiveParameterServer&) = delete;
+
+ private:
+  bool learns() const { return predictive_gains_ && !parameters_.slip_file.empty(); }  // into a file
+  void adopt(const Gains& wanted);
+  void readLearned();
+  std::string writeLearned() const;
+  bool onFreeze(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool onSave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+
+  NodeParameters parameters_;  // with the gains in force
+  LoopExchange& loop_;
+  LearnedModel configured_;
+  ros::Timer writing_;  // of the learned file
+  ros::ServiceServer freeze_service_, save_service_;
+  std::optional<GainServer<ControllerParameters, ControllerGainsConfig>> thesis_gains_;
+  std::optional<GainServer<PredictiveParameters, PredictiveGainsConfig>> predictive_gains_;
+  std::optional<GainServer<SensorNoise, SensorNoiseConfig>> variances_;
+};
 
 /// Serves enable and reset in a namespace. enable (std_srvs/SetBool): false brakes the robot and holds it at rest
 /// (StopCause::disabled), true permits driving again, by restart_after_stop. reset (std_srvs/Trigger) restarts a robot
 /// at rest (DriveLoop::start()). It forgets motion and faults, and keeps the learned model, the reported status and the
 /// pose of the odometry.
-class DriveServices {
- public:
-  /// Actions of the owner.
-  struct Actions {
-    std::function<void(bool enabled)> enable;  ///< permits driving, or holds the robot
-    std::function<bool()> at_rest;             ///< resting() holds for the command
-    std::function<void()> reset;               ///< restarts
-  };
-
-  /// @param node the namespace; @param actions that carry out the requests.
-  DriveServices(const ros::NodeHandle& node, Actions actions);
-
-  DriveServices(const DriveServices&) = delete;
-  DriveServices& operator=(const DriveServices&) = delete;
-
-  /// True for a command of zero within the noise.
-  static bool resting(const WheelCommand& command);
-
- private:
-  bool onEnable(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-
-  Actions actions_;
-  ros::ServiceServer enable_service_;
-  ros::ServiceServer reset_service_;
-};
+std::array<ros::ServiceServer, 2> serveDriving(ros::NodeHandle node, LoopExchange& loop);
 
 }  // namespace jackal_aic

@@ -34,22 +34,25 @@ void completeGeometry(bool radius_given, bool track_given, const std::function<s
 }
 
 decltype(DriveParameters::controller) readGains(ParameterMap& map, const SensorNoise& sensors) {
-  const bool thesis = map.hasSection("controller"), predictive = map.hasSection("predictive");
-  const bool open_loop = map.hasSection("diff_drive");
-  if (thesis + predictive + open_loop > 1) {
-    throw ParameterError(std::string(thesis ? "controller.*" : "predictive.*") + " and " +
-                         (open_loop ? "diff_drive.*" : "predictive.*") +
-                         ": both given, but one controller runs; load one preset");
+  std::vector<std::string> given;
+  for (const char* section : {"controller", "predictive", "diff_drive"}) {
+    if (map.hasSection(section)) given.emplace_back(section);
   }
-  if (predictive) {
+  if (given.empty()) {
+    throw ParameterError(
+        "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
+  }
+  if (given.size() > 1) {
+    throw ParameterError(given.front() + ".* and " + given.back() +
+                         ".*: both given, but one controller runs; load one preset");
+  }
+  if (given[0] == "predictive") {
     PredictiveParameters defaults;
     static_cast<SensorNoise&>(defaults) = sensors;
     return readParameters(map, "predictive", defaults);
   }
-  if (open_loop) return readParameters<DifferentialDriveParameters>(map, "diff_drive");
-  if (thesis) return readParameters<ControllerParameters>(map, "controller");
-  throw ParameterError(
-      "controller.* or predictive.*: missing; load a preset (config/predictive.yaml, improved.yaml, ...)");
+  if (given[0] == "diff_drive") return readParameters<DifferentialDriveParameters>(map, "diff_drive");
+  return readParameters<ControllerParameters>(map, "controller");
 }
 
 FaultParameters readFaults(ParameterMap& map, const SensorNoise& sensors) {
@@ -74,42 +77,6 @@ void requireFrame(const char* key, const std::string& frame) {
   throw ParameterError(std::string(key) + " = " + quoted(frame) + ": must be the name of a frame");
 }
 
-void check(const ControllerParameters& controller, const NodeParameters& parameters) {
-  validate(controller, parameters.geometry);
-  if (parameters.plant_model)
-    requireStable(LinearLoop(controller, parameters.geometry, drivenModel(*parameters.plant_model)));
-}
-
-void check(const DifferentialDriveParameters&, const NodeParameters&) {}
-
-void check(const PredictiveParameters& controller, const NodeParameters& parameters) {
-  validate(controller);
-  if (parameters.plant_model) {
-    const PlantModel model = drivenModel(*parameters.plant_model);
-    return requireStable(LinearLoop(controller, model, model));
-  }
-  throw ParameterError(
-      "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "
-      "identify)");
-}
-
-std::string robotText(const NodeParameters& parameters) {
-  std::vector<Field> robot = fieldsOf(parameters.geometry);
-  for (Field& field : fieldsOf(parameters.robot)) robot.push_back(std::move(field));
-  return yamlBlock("robot", robot);
-}
-
-std::string plantModelText(const NodeParameters& parameters) {
-  std::vector<Field> model = fieldsOf(*parameters.plant_model);
-  for (Field& field : model) {
-    if (field.name == "robot") field.value = parameters.robot_name;
-  }
-  return yamlBlock("plant_model", model);
-}
-
-/// Sensor noise, for structures that use it.
-std::string sensorText(const SensorNoise& sensors) { return yamlBlock("sensors", sensors); }
-
 /// Runs a reader of the file's keys; its errors name the file.
 template <class Read>
 auto readFile(const std::string& path, const Read& read) {
@@ -126,17 +93,39 @@ auto readFile(const std::string& path, const Read& read) {
 
 }  // namespace
 
+LinearLoop closedLoop(const NodeParameters& parameters, const PlantModel& robot) {
+  if (const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller)) {
+    return LinearLoop(*thesis, parameters.geometry, robot);
+  }
+  const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
+  if (predictive == nullptr) {
+    throw ParameterError("controller.* and predictive.*: missing; expected gains of one of them");
+  }
+  if (parameters.plant_model) return LinearLoop(*predictive, drivenModel(*parameters.plant_model), robot);
+  throw ParameterError(
+      "plant_model.*: missing; the predictive controller needs the drive train (config/plant_model.yaml, or by "
+      "identify)");
+}
+
+void requireStable(const NodeParameters& parameters) {
+  const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller);
+  const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
+  if (thesis != nullptr) validate(*thesis, parameters.geometry);
+  if (predictive != nullptr) validate(*predictive);
+  if (predictive == nullptr && (thesis == nullptr || !parameters.plant_model)) return;
+  requireStable(closedLoop(parameters, drivenModel(parameters.plant_model.value_or(PlantModel{}))));
+}
+
 std::string gainsText(const Gains& gains) {
   if (const auto* thesis = std::get_if<ControllerParameters>(&gains)) return yamlBlock("controller", *thesis);
   const auto& predictive = std::get<PredictiveParameters>(gains);
-  return yamlBlock("predictive", predictive) + sensorText(predictive);
+  return yamlBlock("predictive", predictive) + yamlBlock<SensorNoise>("sensors", predictive);
 }
 
 Gains readGainsText(const std::string& text) {
   ParameterMap map;
   addYamlText(text, "gains", map);
-  const auto sensors = readParameters<SensorNoise>(map, "sensors");
-  const auto gains = readGains(map, sensors);
+  const auto gains = readConfiguration(map).controller;
   map.refuseUnknown();
   if (const auto* thesis = std::get_if<ControllerParameters>(&gains)) return *thesis;
   if (const auto* predictive = std::get_if<PredictiveParameters>(&gains)) return *predictive;
@@ -144,16 +133,25 @@ Gains readGainsText(const std::string& text) {
 }
 
 std::string configurationText(const NodeParameters& parameters) {
-  const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller);
-  const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
-  const auto* open_loop = std::get_if<DifferentialDriveParameters>(&parameters.controller);
   std::string text;
-  if (thesis != nullptr) text += gainsText(*thesis);
-  if (open_loop != nullptr) text += yamlBlock("diff_drive", *open_loop);
-  if (predictive != nullptr) text += gainsText(*predictive);
-  if (predictive == nullptr && parameters.faults) text += sensorText(*parameters.faults);
-  text += robotText(parameters);
-  if (parameters.plant_model) text += plantModelText(parameters);
+  if (const auto* thesis = std::get_if<ControllerParameters>(&parameters.controller)) text = gainsText(*thesis);
+  const auto* open_loop = std::get_if<DifferentialDriveParameters>(&parameters.controller);
+  if (open_loop != nullptr) text = yamlBlock("diff_drive", *open_loop);
+  if (const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller)) {
+    text = gainsText(*predictive);
+  } else if (parameters.faults) {
+    text += yamlBlock<SensorNoise>("sensors", *parameters.faults);
+  }
+  std::vector<Field> robot = fieldsOf(parameters.geometry);
+  for (Field& field : fieldsOf(parameters.robot)) robot.push_back(std::move(field));
+  text += yamlBlock("robot", robot);
+  if (parameters.plant_model) {
+    std::vector<Field> model = fieldsOf(*parameters.plant_model);
+    for (Field& field : model) {
+      if (field.name == "robot") field.value = parameters.robot_name;
+    }
+    text += yamlBlock("plant_model", model);
+  }
   const GateParameters& gate = parameters.gate;
   text += yamlBlock("odometry", parameters.odometry) + yamlBlock("limits", gate.limits) +
           yamlBlock("deadlines", gate.deadlines) + yamlBlock("brake", gate.brake) +
@@ -174,16 +172,17 @@ std::string configurationText(const NodeParameters& parameters) {
 std::string describeRobot(const NodeParameters& parameters) {
   if (!parameters.plant_model) return "No plant model: no fault detection by prediction";
   const PlantModel& model = *parameters.plant_model;
-  const std::string text = fmt::format(
+  std::string text = fmt::format(
       "Plant model: {}{}, {}dead time {:g} s, lag {:g} s, gain {:g}, offset {:g} rad/s, acceleration limit {:g} m/s^2",
       parameters.robot_name.empty() ? "robot without a name" : shortened(parameters.robot_name),
       model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time, model.lag,
       model.gain, model.offset, model.acceleration_limit);
-  if (model.identified) return text;
-  return text + fmt::format(
-                    ". Assumed plant model: acceleration limited to {:g} m/s^2, fault thresholds relaxed. Run "
-                    "identify.launch",
-                    drivenModel(model).acceleration_limit);
+  if (!model.identified) {
+    text += fmt::format(
+        ". Assumed plant model: acceleration limited to {:g} m/s^2, fault thresholds relaxed. Run identify.launch",
+        drivenModel(model).acceleration_limit);
+  }
+  return text;
 }
 
 NodeParameters readConfiguration(ParameterMap& map, NodeParameters parameters) {
@@ -221,16 +220,12 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
   } else {
     completeGeometry(map.has("robot.wheel_radius"), map.has("robot.effective_track"), robot_description, parameters);
   }
-  std::visit([&](const auto& controller) { check(controller, parameters); }, parameters.controller);
+  requireStable(parameters);
   return parameters;
 }
 
 NodeParameters readControllerFile(const std::string& path) {
-  return readFile(path, [](ParameterMap& map) {
-    NodeParameters node = readConfiguration(map);
-    if (!std::holds_alternative<DifferentialDriveParameters>(node.controller)) return node;
-    throw ParameterError("controller.* and predictive.*: missing; expected gains of one of them");
-  });
+  return readFile(path, [](ParameterMap& map) { return readConfiguration(map); });
 }
 
 PlantModel readPlantModelFile(const std::string& path) {

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "jackal_aic/certificate/linear_loop.hpp"
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 
@@ -116,7 +117,14 @@ NodeParameters readNodeParameters(ParameterMap map, const std::function<std::str
 std::string configurationText(const NodeParameters& parameters);
 
 /// Gains of a structure that can be certified, and changed while it drives.
-using Gains = std::variant<ControllerParameters, PredictiveParameters>;
+using Gains = decltype(GainsInput::gains);
+
+/// The closed loop of these gains on a robot. @throws ParameterError as LinearLoop, and for the open-loop baseline.
+LinearLoop closedLoop(const NodeParameters& parameters, const PlantModel& robot);
+
+/// Checks gains by themselves, and their closed loop on the plant model, which the predictive structure needs.
+/// @throws ParameterError, one line; never for the open-loop baseline.
+void requireStable(const NodeParameters& parameters);
 
 /// The YAML text of gains and of the sensors' variances that belong to them.
 std::string gainsText(const Gains& gains);
@@ -124,8 +132,8 @@ std::string gainsText(const Gains& gains);
 /// What gainsText() wrote. @throws ParameterError if it is no such text.
 Gains readGainsText(const std::string& text);
 
-/// Reads a preset, or the whole configuration of a controller node, without its checks and without a URDF. @throws
-/// ParameterError naming file and key, also for the open-loop baseline, which has no gains.
+/// Reads a preset, or the whole configuration of a controller node, without its checks and without a URDF.
+/// @throws ParameterError naming file and key.
 NodeParameters readControllerFile(const std::string& path);
 
 /// Reads a plant model (keys plant_model.*, as `identify` writes them). @throws ParameterError naming file and key,

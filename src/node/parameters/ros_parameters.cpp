@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <cstdlib>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,37 +12,34 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
-double number(XmlRpcValue& value) {
-  return value.getType() == XmlRpcValue::TypeInt ? static_cast<int>(value) : static_cast<double>(value);
-}
-
-/// The number in a text: rosparam, with YAML 1.1, reads 1.0e+8 as a number but 1e8 as a text.
-std::optional<double> exponential(const std::string& text) {
-  if (text.find_first_of("eE") == std::string::npos || text.find_first_of("0123456789") == std::string::npos ||
-      text.find_first_not_of("0123456789+-.eE") != std::string::npos) {
-    return std::nullopt;
-  }
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  return *end == '\0' ? std::optional<double>(value) : std::nullopt;
-}
-
+/// A text, or the number in it: rosparam, with YAML 1.1, reads 1.0e+8 as a number but 1e8 as a text.
 ParameterValue textOf(XmlRpcValue& value) {
   const auto& text = static_cast<std::string&>(value);
-  if (const auto real = exponential(text)) return *real;
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  const bool exponential =
+      text.find_first_of("eE") != std::string::npos && text.find_first_not_of("0123456789+-.eE") == std::string::npos;
+  if (exponential && end != text.c_str() && *end == '\0') return number;
   return text;
+}
+
+ParameterValue scalarOf(XmlRpcValue& value, const std::string& key) {
+  const XmlRpcValue::Type type = value.getType();
+  if (type == XmlRpcValue::TypeBoolean) return static_cast<bool>(value);
+  if (type == XmlRpcValue::TypeInt) return static_cast<std::int64_t>(static_cast<int>(value));
+  if (type == XmlRpcValue::TypeDouble) return static_cast<double>(value);
+  if (type == XmlRpcValue::TypeString) return textOf(value);
+  throw ParameterError(shortened(key) + ": expected true or false, a number, a text or a flat list");
 }
 
 ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
   std::vector<double> numbers;
   std::vector<std::string> words;
   for (int i = 0; i < list.size(); ++i) {
-    const XmlRpcValue::Type type = list[i].getType();
-    if (type == XmlRpcValue::TypeInt || type == XmlRpcValue::TypeDouble) numbers.push_back(number(list[i]));
-    if (type != XmlRpcValue::TypeString) continue;
-    const ParameterValue text = textOf(list[i]);
-    if (const auto* real = std::get_if<double>(&text)) numbers.push_back(*real);
-    if (const auto* word = std::get_if<std::string>(&text)) words.push_back(*word);
+    const ParameterValue item = scalarOf(list[i], key);
+    if (const auto* whole = std::get_if<std::int64_t>(&item)) numbers.push_back(static_cast<double>(*whole));
+    if (const auto* real = std::get_if<double>(&item)) numbers.push_back(*real);
+    if (const auto* word = std::get_if<std::string>(&item)) words.push_back(*word);
   }
   const auto size = static_cast<std::size_t>(list.size());
   if (numbers.size() == size) return numbers;
@@ -52,31 +48,12 @@ ParameterValue listOf(XmlRpcValue& list, const std::string& key) {
 }
 
 void addValue(XmlRpcValue& value, const std::string& key, ParameterMap& map) {
-  switch (value.getType()) {
-    case XmlRpcValue::TypeStruct:
-      // As in a file; a namespace without any parameter is left out.
-      if (value.size() == 0 && !key.empty())
-        throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
-      for (auto& entry : value) addValue(entry.second, key.empty() ? entry.first : key + "." + entry.first, map);
-      break;
-    case XmlRpcValue::TypeBoolean:
-      map.set(key, static_cast<bool>(value));
-      break;
-    case XmlRpcValue::TypeInt:
-      map.set(key, static_cast<std::int64_t>(static_cast<int>(value)));
-      break;
-    case XmlRpcValue::TypeDouble:
-      map.set(key, static_cast<double>(value));
-      break;
-    case XmlRpcValue::TypeString:
-      map.set(key, textOf(value));
-      break;
-    case XmlRpcValue::TypeArray:
-      map.set(key, listOf(value, key));
-      break;
-    default:
-      throw ParameterError(shortened(key) + ": expected true or false, a number, a text or a flat list");
-  }
+  if (value.getType() == XmlRpcValue::TypeArray) return map.set(key, listOf(value, key));
+  if (value.getType() != XmlRpcValue::TypeStruct) return map.set(key, scalarOf(value, key));
+  // As in a file; a namespace without any parameter is left out.
+  if (value.size() == 0 && !key.empty())
+    throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
+  for (auto& entry : value) addValue(entry.second, key.empty() ? entry.first : key + "." + entry.first, map);
 }
 
 }  // namespace
@@ -92,17 +69,11 @@ ParameterMap readRosParameters(const ros::NodeHandle& node) {
   return node.getParam(node.getNamespace(), root) ? parametersIn(root) : ParameterMap();
 }
 
-std::string urdfIn(XmlRpcValue value, const std::string& key) {
-  if (value.getType() == XmlRpcValue::TypeString && !static_cast<std::string&>(value).empty())
-    return static_cast<std::string&>(value);
-  throw ParameterError(shortened(key) + ": expected the text of a URDF; it is empty, or no text");
-}
-
 std::string robotDescription(const ros::NodeHandle& node) {
-  std::string key;
-  XmlRpcValue value;
-  if (!node.searchParam("robot_description", key) || !node.getParam(key, value)) return "";
-  return urdfIn(value, key);
+  std::string key, urdf;
+  if (!node.searchParam("robot_description", key)) return "";
+  if (node.getParam(key, urdf) && !urdf.empty()) return urdf;
+  throw ParameterError(shortened(key) + ": expected the text of a URDF; it is empty, or no text");
 }
 
 std::string tfPrefix(const ros::NodeHandle& node) {

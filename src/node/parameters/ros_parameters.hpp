@@ -22,11 +22,8 @@ ParameterMap parametersIn(XmlRpc::XmlRpcValue root);
 /// private node handle). An empty namespace gives an empty map. @throws ParameterError as parametersIn().
 ParameterMap readRosParameters(const ros::NodeHandle& node);
 
-/// The URDF text in the value of a key. @throws ParameterError, naming the key, if it is empty or no text.
-std::string urdfIn(XmlRpc::XmlRpcValue value, const std::string& key);
-
 /// The URDF text in robot_description of the nearest enclosing namespace; empty if it is not set.
-/// @throws ParameterError as urdfIn().
+/// @throws ParameterError, naming the key, if it is empty or no text.
 std::string robotDescription(const ros::NodeHandle& node);
 
 /// The parameter tf_prefix of the nearest enclosing namespace, which separates the frames of several robots; empty

@@ -4,27 +4,12 @@
 #include <cmath>
 #include <variant>
 
-#include "process/shutdown.hpp"
-
 namespace jackal_aic {
 namespace {
 
-/// Wall time between checks of the clock [s].
-constexpr double kClockPeriod = 0.5;
-
-/// Wall time between log lines and writes of the learned file [s].
-constexpr double kReportPeriod = 0.05;
-
-/// Changes, with the learned model of the loop.
-LoopExchange& withLearned(LoopExchange& changes, const DriveLoop& loop) {
-  changes.send(loop);
-  return changes;
-}
-
-const char* structureName(const NodeParameters& parameters) {
-  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) return "predictive";
-  return std::holds_alternative<ControllerParameters>(parameters.controller) ? "thesis" : "diff_drive";
-}
+constexpr double kClockPeriod = 0.5;    // s of wall time between checks of the clock
+constexpr double kPatience = 0.5;       // s; beyond the longest brake
+constexpr double kReportPeriod = 0.05;  // s of wall time between log lines
 
 ros::NodeHandle withQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
   node.setCallbackQueue(&queue);
@@ -38,29 +23,30 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
     : node_(node),
       parameters_(parameters),
       loop_(parameters, makeController(parameters)),
-      diagnostics_(parameters.preset.empty() ? structureName(parameters) : parameters.preset,
+      changes_(loop_),
+      diagnostics_(parameters.preset.empty() ? "no preset" : parameters.preset,
                    node_.resolveName("jackal_AIC/set_point"), parameters.gate.deadlines.set_point),
       inputs_(parameters.publish_inputs ? std::make_unique<InputLog>(node_, parameters, loop_) : nullptr),
       state_(node_, parameters, loop_),
-      live_parameters_(
-          serveLiveParameters(withQueue(private_node, requests_), parameters, withLearned(changes_, loop_))),
-      services_(private_node, serviceActions()),
+      live_parameters_(withQueue(private_node, requests_), parameters, changes_),
+      drive_services_(serveDriving(private_node, changes_)),
       output_(node_, parameters.output, parameters.geometry),
       odometry_(node_, parameters, loop_),
       frame_listener_(frames_, withQueue(node_, requests_), false),
       sensors_(parameters.robot, frames_,
                [this](const Observation& observation, const ros::Time& stamp) { onPair(observation, stamp); }),
       robot_(node_, [this](const ros::Time& stamp) { onFeedback(stamp); }),
-      set_points_(node_, "jackal_AIC/set_point", 10, [this](const SetPointInput& received) { onSetPoint(received); }),
+      set_points_(node_, "jackal_AIC/set_point", 10,
+                  [this](const SetPointInput& input) { loop_.setSetPoint(input.wanted, currentTime(), input.stamp); }),
       others_(parameters.allow_other_publishers ? std::vector<std::string>{} : output_.topics(), robot_.emergencyStop(),
               set_points_),
       request_thread_(1, &requests_) {
   set_points_.requireForeign(output_.topics());
   if (parameters.motors_shared) {
-    applied_.emplace(node_, parameters.geometry, [this](const WheelCommand& command, AppliedSource source) {
-      loop_.applied(command, source, currentTime());
-    });
-    set_points_.requireForeign(applied_->topics());
+    applied_ = subscribeToApplied(
+        node_, parameters.geometry,
+        [this](const WheelCommand& command, AppliedSource source) { loop_.applied(command, source, currentTime()); });
+    set_points_.requireForeign({applied_[0].getTopic(), applied_[1].getTopic()});
   }
   const auto no_delay = ros::TransportHints().tcpNoDelay();
   wheel_subscriber_ = node_.subscribe("joint_states", 50, &ControllerNode::onWheels, this, no_delay);
@@ -71,22 +57,11 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   // A clock that is set back stalls the action timer until the timer is set again.
   clock_timer_ =
       node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
-  const auto report = [this](const ros::WallTimerEvent&) {
-    diagnostics_.publish(output_.complaint());
-    live_parameters_->keep(ros::Time::now());
-  };
+  const auto report = [this](const ros::WallTimerEvent&) { diagnostics_.publish(); };
   report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), report);
   others_.watch(withQueue(node_, requests_));
   changes_.apply(loop_, currentTime());  // of the learned file
   request_thread_.start();
-}
-
-void ControllerNode::onSetPoint(const SetPointInput& received) {
-  const SetPointVerdict verdict = loop_.setSetPoint(received.wanted, currentTime(), received.stamp);
-  if (verdict == SetPointVerdict::accepted) return;
-  const bool absurd = verdict == SetPointVerdict::absurd;
-  StatusReport::refused(absurd ? "set point far beyond the limits" : "set point that is not finite",
-                        loop_.status().rejected_set_points);
 }
 
 void ControllerNode::onWheels(const sensor_msgs::JointStateConstPtr& message) {
@@ -115,7 +90,6 @@ void ControllerNode::onFeedback(const ros::Time& stamp) {
     ROS_FATAL(
         "output = gazebo: for simulations only, but a robot publishes /feedback: use output: twist. Its wheels would "
         "keep their last speed if this node died");
-    StopRequest::request();
   }
   loop_.receiveFeedback(stamp.toSec(), currentTime());
 }
@@ -124,26 +98,24 @@ void ControllerNode::onPair(const Observation& observation, const ros::Time& sta
   // At the time of the message that completed the pair, which the loop does not know yet.
   const bool taken = loop_.observe(observation, last_now_.toSec());
   odometry_.observe(observation, last_now_);
-  reportStatus();
   if (taken) state_.publishMeasurement(stamp);
 }
 
 void ControllerNode::onActionTimer(const ros::TimerEvent&) {
   const double now = currentTime();
-  changes_.apply(loop_, now);
+  if (changes_.apply(loop_, now)) resetSensors();
   no_subscriber_ = output_.complaint();
   loop_.report(robotStatus(), now);
   const WheelCommand applied = loop_.command();  // until now
   const std::optional<WheelCommand> command = loop_.advance(now, action_due_);
   if (inputs_) inputs_->publish(last_now_);
-  reportStatus();
+  const DriveLoopStatus status = loop_.status();
+  const Surroundings around{contender(), no_subscriber_, others_.contended(), rejected_readings_};
+  diagnostics_.post({status, around, missing(), others_.masterReachable()});
   if (command) {
     // Zero would keep the robot from following the other publisher.
     if (!others_.contended() || *command != WheelCommand{}) output_.publish(*command);
-    const DriveLoopStatus status = loop_.status();
-    const bool by_another = others_.contended() || status.handed_over;
-    state_.publish(last_now_,
-                   {reason(status, contender()), no_subscriber_, by_another, rejected_readings_, status.suspicion});
+    state_.publish(last_now_, status, around);
     odometry_.publish(applied, last_now_);
   }
   changes_.send(loop_);
@@ -162,23 +134,26 @@ RobotStatus ControllerNode::robotStatus() const {
   status.graph_checked = others_.checked();
   status.set_points_connected = others_.setPointsConnected();
   status.ending = ending_;
-  status.disabled = !enabled_;
+  status.disabled = !changes_.enabled();
   status.rivals = !parameters_.allow_multiple_set_points && !set_points_.rivals().empty();
   status.no_subscriber = !no_subscriber_.empty();
   return status;
 }
 
-DriveServices::Actions ControllerNode::serviceActions() {
-  const auto reset = [this] {
-    loop_.start({}, currentTime());
-    resetSensors();
-  };
-  return {[this](bool enabled) { enabled_ = enabled; }, [this] { return DriveServices::resting(loop_.command()); },
-          reset};
-}
-
-void ControllerNode::publishStop() {
+bool ControllerNode::run(StopRequest& stop) {
+  stop.spinWhile([this] { return !StopRequest::requested() && !refused_; });
+  ending_ = true;
+  const auto at_rest = [this] { return loop_.command() == WheelCommand{}; };
+  // A paused simulation never comes to rest.
+  stop.spinWhile([&] { return !at_rest(); }, parameters_.gate.brake.time + kPatience);
   if (!others_.contended()) output_.publish({});
+  if (at_rest()) {
+    ROS_INFO("Stopping; wheels at zero");
+  } else {
+    ROS_WARN("Stopping before the wheels are at rest: the clock stands still, or the machine is too busy");
+  }
+  stop.flush();
+  return !refused_;
 }
 
 double ControllerNode::currentTime() {
@@ -198,14 +173,16 @@ void ControllerNode::resetSensors() {
   odometry_.reset();
 }
 
-void ControllerNode::reportStatus() {
-  StopCauses missing;
-  if (!std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) {  // which uses none
-    missing.add(StopCause::wheels_missing, std::isnan(loop_.measuredVelocity()(kForward)))
-        .add(StopCause::imu_missing, std::isnan(loop_.measuredVelocity()(kYaw)));
-  }
-  diagnostics_.post({loop_.status(), contender(), loop_.status().rejected_measurements + rejected_readings_,
-                     loop_.controller().freeEnergy(), others_.masterReachable(), missing});
+/// Sensors without a message since the start, in words.
+std::string ControllerNode::missing() const {
+  std::string text;
+  const auto add = [&](StopCause cause, double measured) {
+    if (std::isnan(measured)) text.append(text.empty() ? "" : "; ").append(jackal_aic::text(cause));
+  };
+  if (std::holds_alternative<DifferentialDriveParameters>(parameters_.controller)) return text;  // which uses none
+  add(StopCause::wheels_missing, loop_.measuredVelocity()(kForward));
+  add(StopCause::imu_missing, loop_.measuredVelocity()(kYaw));
+  return text;
 }
 
 /// Other publishers of commands or set points, with a remedy.

@@ -10,6 +10,7 @@
 #include <tf2/buffer_core.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -28,32 +29,23 @@
 #include "outputs/state_output.hpp"
 #include "parameters/live_parameters.hpp"
 #include "parameters/node_parameters.hpp"
+#include "process/shutdown.hpp"
 
 namespace jackal_aic {
 
 /// Runs the drive loop on ROS time by an action timer; the beliefs catch up with each call. All callbacks run in one
-/// thread. Changes of gains, which are certified first, and diagnostics take longer
-/// than a period: they run in another thread and hand over between two actions.
+/// thread, but for certified changes of gains and diagnostics, which take longer than a period.
 class ControllerNode {
  public:
   /// Opens the topics in the namespace of `node`, the services in that of `private_node`, and starts the timers.
   /// @throws ParameterError if the set point comes from a topic on which our own commands come back.
   ControllerNode(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const NodeParameters& parameters);
 
-  /// Brakes from now on, for the end of the node. The timers have to be served until atRest().
-  void brake() { ending_ = true; }
-
-  /// True if the last command was zero.
-  bool atRest() const { return loop_.command() == WheelCommand{}; }
-
-  /// True if the output does not suit the robot: the node has logged it and ends.
-  bool refused() const { return refused_; }
-
-  /// Publishes a zero command, for the end of the node; nothing while another node drives the motors.
-  void publishStop();
+  /// Drives until the end is requested, then brakes and publishes zero; nothing while another node drives the motors.
+  /// @returns false if the output does not suit the robot: the node has logged it.
+  bool run(StopRequest& stop);
 
  private:
-  void onSetPoint(const SetPointInput& received);
   void onWheels(const sensor_msgs::JointStateConstPtr& message);
   void onImu(const sensor_msgs::ImuConstPtr& message);
   void onFeedback(const ros::Time& stamp);
@@ -63,12 +55,10 @@ class ControllerNode {
   double currentTime();
   void setActionTimer(double due);
 
-  DriveServices::Actions serviceActions();
-
   RobotStatus robotStatus() const;
   void take(const std::optional<SensorReading>& reading, const ros::Time& stamp, const std::function<bool()>& receive);
   void resetSensors();
-  void reportStatus();
+  std::string missing() const;
   std::string contender() const;
 
   ros::NodeHandle node_;
@@ -82,15 +72,15 @@ class ControllerNode {
   ros::CallbackQueue requests_;
   std::unique_ptr<InputLog> inputs_;  // with publish_inputs; made before the first input of the loop
   StateOutput state_;
-  std::unique_ptr<LiveParameterServer> live_parameters_;
-  DriveServices services_;
+  LiveParameterServer live_parameters_;
+  std::array<ros::ServiceServer, 2> drive_services_;  // enable and reset
   CommandOutput output_;
   OdometryOutput odometry_;
   tf2::BufferCore frames_;
   tf2_ros::TransformListener frame_listener_;
   SensorPairing sensors_;
   RobotReports robot_;
-  std::optional<AppliedCommands> applied_;  // if another source may drive
+  std::array<ros::Subscriber, 2> applied_;  // if another source may drive
   SetPointSource set_points_;
   OtherPublishers others_;
   ros::Time last_now_;         // of the last callback, to notice a clock that jumps back
@@ -98,7 +88,6 @@ class ControllerNode {
   std::uint32_t rejected_readings_ = 0;
   bool ending_ = false;
   bool refused_ = false;
-  bool enabled_ = true;
 
   ros::Subscriber wheel_subscriber_;
   ros::Subscriber imu_subscriber_;

@@ -9,23 +9,16 @@
 
 namespace {
 
-constexpr double kPatience = 0.5;     // s; beyond the longest brake
 constexpr double kCheckPeriod = 0.5;  // s between checks for the robot's description
 
 /// Waits for the URDF, which the robot's bringup sets. Empty if the node ends meanwhile.
 std::string awaitRobotDescription(const ros::NodeHandle& node) {
-  std::string urdf = jackal_aic::robotDescription(node);
-  if (urdf.empty()) ROS_WARN("No robot_description yet: start the robot's bringup first. Waiting for it");
-  while (urdf.empty() && ros::ok() && !jackal_aic::StopRequest::requested()) {
+  std::string urdf;
+  while ((urdf = jackal_aic::robotDescription(node)).empty() && ros::ok() && !jackal_aic::StopRequest::requested()) {
+    ROS_WARN_ONCE("No robot_description yet: start the robot's bringup first. Waiting for it");
     ros::WallDuration(kCheckPeriod).sleep();
-    urdf = jackal_aic::robotDescription(node);
   }
   return urdf;
-}
-
-/// True if roslaunch starts the node again when it ends (launch/controller.launch says so).
-bool isRespawned(int argc, char** argv) {
-  return std::any_of(argv, argv + argc, [](const std::string& word) { return word == "--respawned"; });
 }
 
 }  // namespace
@@ -47,19 +40,10 @@ int main(int argc, char** argv) {
     ROS_LOG(due ? ros::console::levels::Warn : ros::console::levels::Info, ROSCONSOLE_DEFAULT_NAME, "%s",
             jackal_aic::describeRobot(parameters).c_str());
     jackal_aic::ControllerNode node(handle, private_handle, parameters);
-    stop.spinUntilRequested();
-    node.brake();
-    // A paused simulation never comes to rest.
-    stop.spinWhile([&] { return !node.atRest(); }, parameters.gate.brake.time + kPatience);
-    node.publishStop();
-    if (node.atRest()) {
-      ROS_INFO("Stopping; wheels at zero");
-    } else {
-      ROS_WARN("Stopping before the wheels are at rest: the clock stands still, or the machine is too busy");
-    }
-    stop.flush();
-    if (stop.nameTaken() && isRespawned(argc, argv)) stop.waitForSignal();
-    if (node.refused()) return 1;
+    const bool suits = node.run(stop);
+    // launch/controller.launch says whether roslaunch starts the node again when it ends.
+    if (std::find(argv, argv + argc, std::string("--respawned")) != argv + argc) stop.waitIfNameTaken();
+    if (!suits) return 1;
   } catch (const jackal_aic::ParameterError& error) {
     if (jackal_aic::StopRequest::requested()) return 0;
     ROS_FATAL("%s", error.what());

@@ -51,23 +51,15 @@ StopRequest::StopRequest() {
   ros::XMLRPCManager::instance()->bind("shutdown", onShutdownRequest);
 }
 
-void StopRequest::request() { end_requested = true; }
-
 bool StopRequest::requested() { return end_requested; }
 
-bool StopRequest::nameTaken() { return name_taken; }
-
-void StopRequest::waitForSignal() {
-  while (!signalled) std::this_thread::sleep_for(std::chrono::milliseconds(100));
-}
-
-void StopRequest::spinUntilRequested() {
-  while (!end_requested && ros::ok()) ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));
+void StopRequest::waitIfNameTaken() {
+  while (name_taken && !signalled) std::this_thread::sleep_for(std::chrono::milliseconds(100));
 }
 
 void StopRequest::spinWhile(const std::function<bool()>& condition, double longest) {
-  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(longest);
-  while (condition() && ros::ok() && ros::WallTime::now() < end) {
+  const ros::WallTime begin = ros::WallTime::now();
+  while (condition() && ros::ok() && (ros::WallTime::now() - begin).toSec() < longest) {
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(kWait));
   }
 }

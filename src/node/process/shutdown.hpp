@@ -4,7 +4,7 @@
 /// Orderly end of a node: SIGINT, SIGTERM and `rosnode kill` are noticed while publishers still work.
 
 #include <functional>
-#include <string>
+#include <limits>
 
 namespace jackal_aic {
 
@@ -15,23 +15,15 @@ class StopRequest {
   /// Installs the signal handlers and takes over the master's shutdown request.
   StopRequest();
 
-  /// Requests the end from within the process.
-  static void request();
-
   /// True once the end is requested.
   static bool requested();
 
-  /// True if the master requested it: another node has taken the name of this one.
-  static bool nameTaken();
+  /// If another node has taken the name of this one, waits for SIGINT or SIGTERM with roscpp shut down: a restarted
+  /// process would take the name back.
+  static void waitIfNameTaken();
 
-  /// Waits for SIGINT or SIGTERM with roscpp shut down, because a restarted process would take the name back.
-  static void waitForSignal();
-
-  /// Serves callbacks until the end is requested or roscpp is shut down by other means.
-  void spinUntilRequested();
-
-  /// Serves callbacks while a condition holds, for at most `longest` of wall time [s].
-  void spinWhile(const std::function<bool()>& condition, double longest);
+  /// Serves callbacks while a condition holds and roscpp runs, for at most `longest` of wall time [s].
+  void spinWhile(const std::function<bool()>& condition, double longest = std::numeric_limits<double>::infinity());
 
   /// Waits until the last messages have been sent to the subscribers, then shuts roscpp down.
   void flush();

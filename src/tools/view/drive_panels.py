@@ -1,7 +1,7 @@
 """The panels of a drive: recorded or live."""
 
+import collections
 import math
-import operator
 import os
 import sys
 
@@ -10,9 +10,9 @@ BLACK, ORANGE, SKY, BLUE, VERMILION, GREY = '#000000', '#E69F00', '#56B4E9', '#0
 DRIVING = 1  # ControllerState.DRIVING
 
 
-def first(orders):
-    """Order 0 of a generalised quantity, NaN if there is none."""
-    return orders[0] if orders else math.nan
+def first(value):
+    """A number; order 0 of a generalised quantity, NaN if there is none."""
+    return value if isinstance(value, float) else value[0] if value else math.nan
 
 
 def start(program, **options):
@@ -28,61 +28,42 @@ def start(program, **options):
 class Drive:
     """A drive over time: states of a controller (jackal_aic/ControllerState), and the true motion if known."""
 
-    SCALARS = ('set_point_forward', 'set_point_yaw_rate', 'measured_forward', 'measured_yaw_rate', 'command_left',
-               'command_right', 'free_energy')
-    COLUMNS = {**{name: operator.attrgetter(name) for name in SCALARS},
-               'belief_forward': lambda state: first(state.belief_forward),
-               'belief_yaw_rate': lambda state: first(state.belief_yaw_rate)}
+    QUANTITIES = ('set_point_forward', 'set_point_yaw_rate', 'measured_forward', 'measured_yaw_rate', 'belief_forward',
+                  'belief_yaw_rate', 'command_left', 'command_right', 'free_energy')
 
     def __init__(self, window=math.inf):
         """window: seconds that are kept."""
         self.window = window
-        self.time, self.reasons = [], []
-        self.summary = ''  # of the last state
-        self.columns = {name: [] for name in self.COLUMNS}
-        self.true_time, self.true_forward, self.true_yaw_rate = [], [], []
+        self.states = collections.deque()  # (time, why the robot does not drive, *QUANTITIES)
+        self.truth = collections.deque()   # (time, forward speed, yaw rate)
+        self.summary = ''                  # of the last state
 
     def add_state(self, state):
         """Adds a ControllerState. Starts again after the clock jumped back."""
         time = state.header.stamp.to_sec()
-        if self.time and time < self.time[-1]:
+        if self.states and time < self.states[-1][0]:
             self.__init__(self.window)
-        self.time.append(time)
         self.summary = state.summary
-        self.reasons.append('' if state.status == DRIVING and not state.reason else state.reason or 'idle')
-        for name, value in self.COLUMNS.items():
-            self.columns[name].append(value(state))
-        self._forget(self.time, [self.reasons, *self.columns.values()])
+        reason = '' if state.status == DRIVING and not state.reason else state.reason or 'idle'
+        self._add(self.states, (time, reason, *(first(getattr(state, name)) for name in self.QUANTITIES)))
 
     def add_truth(self, odometry):
         """Adds a nav_msgs/Odometry of the true motion, twist in the robot's frame."""
-        time = odometry.header.stamp.to_sec()
-        if self.true_time and time < self.true_time[-1]:
-            return
-        self.true_time.append(time)
-        self.true_forward.append(odometry.twist.twist.linear.x)
-        self.true_yaw_rate.append(odometry.twist.twist.angular.z)
-        self._forget(self.true_time, [self.true_forward, self.true_yaw_rate])
+        time, speed = odometry.header.stamp.to_sec(), odometry.twist.twist
+        if not self.truth or time >= self.truth[-1][0]:
+            self._add(self.truth, (time, speed.linear.x, speed.angular.z))
 
-    def _forget(self, time, lists):
-        """Drops values older than the window, up to a tenth of it late."""
-        if time[-1] - time[0] <= 1.1 * self.window:
-            return
-        keep = next(i for i, t in enumerate(time) if t >= time[-1] - self.window)
-        for values in [time, *lists]:
-            del values[:keep]
+    def _add(self, rows, row):
+        """Adds a row, and drops those before the window."""
+        rows.append(row)
+        while row[0] - rows[0][0] > self.window:
+            rows.popleft()
 
     def stops(self):
         """(begin, end, reason) of each stretch in which the robot was kept from driving."""
-        begin = None
-        for i, reason in enumerate(self.reasons):
-            if begin is not None and reason != self.reasons[begin]:
-                yield self.time[begin], self.time[i], self.reasons[begin]
-                begin = None
-            if reason and begin is None:
-                begin = i
-        if begin is not None:
-            yield self.time[begin], self.time[-1], self.reasons[begin]
+        changes = [row[:2] for before, row in zip([(0.0, None), *self.states], self.states) if row[1] != before[1]]
+        ends = [begin for begin, _ in changes[1:]] + [row[0] for row in list(self.states)[-1:]]
+        return [(begin, end, reason) for (begin, reason), end in zip(changes, ends) if reason]
 
 
 def plain(axes):
@@ -92,16 +73,14 @@ def plain(axes):
         axes.spines[side].set_visible(False)
 
 
-def draw_velocity(axes, drive, origin, name, unit, quantity):
-    """Set point, measured, true and believed velocity."""
-    time = [t - origin for t in drive.time]
-    axes.step(time, drive.columns['set_point_' + name], where='post', color=BLACK, lw=1.2, ls='--', label='set point')
-    axes.plot(time, drive.columns['measured_' + name], color=SKY, ls='', marker='.', ms=3, label='measured')
-    if drive.true_time:
-        truth = drive.true_forward if name == 'forward' else drive.true_yaw_rate
-        axes.plot([t - origin for t in drive.true_time], truth, color=BLUE, lw=1.8, label='true')
-    axes.plot(time, drive.columns['belief_' + name], color=VERMILION, lw=1.4, label='believed')
-    axes.set_ylabel(f'{quantity} [{unit}]')
+def draw_velocity(axes, time, states, truth, name, label):
+    """Set point, measured, true and believed velocity. truth: (time, velocity) of each."""
+    axes.step(time, states['set_point_' + name], where='post', color=BLACK, lw=1.2, ls='--', label='set point')
+    axes.plot(time, states['measured_' + name], color=SKY, ls='', marker='.', ms=3, label='measured')
+    if truth:
+        axes.plot(*zip(*truth), color=BLUE, lw=1.8, label='true')
+    axes.plot(time, states['belief_' + name], color=VERMILION, lw=1.4, label='believed')
+    axes.set_ylabel(label)
 
 
 CHARACTER = 0.0062  # mean width of a character of a reason, of the width of the axes
@@ -135,16 +114,16 @@ def widen(axes, span):
 
 def draw(figure, drive, origin=None, title=''):
     """Draws a drive on an empty figure. origin: time of 0 on the axis [s]; the first state by default."""
+    states = collections.defaultdict(tuple, zip(('time', 'reason', *drive.QUANTITIES), zip(*drive.states)))
+    origin = origin if origin is not None else first(states['time'])
+    time = [t - origin for t in states['time']]
     grid = figure.subplots(4, 1, sharex=True, gridspec_kw={'height_ratios': [3, 3, 2, 1.5]})
-    origin = origin if origin is not None else (drive.time[0] if drive.time else 0.0)
-    draw_velocity(grid[0], drive, origin, 'forward', 'm/s', 'forward speed')
-    draw_velocity(grid[1], drive, origin, 'yaw_rate', 'rad/s', 'yaw rate')
-    time = [t - origin for t in drive.time]
-    grid[2].step(time, drive.columns['command_left'], where='post', color=ORANGE, lw=2.2, label='command, left wheels')
-    grid[2].step(time, drive.columns['command_right'], where='post', color=BLACK, lw=1.0, ls=(0, (4, 3)),
-                 label='command, right wheels')
+    draw_velocity(grid[0], time, states, [(t - origin, v) for t, v, _ in drive.truth], 'forward', 'forward speed [m/s]')
+    draw_velocity(grid[1], time, states, [(t - origin, v) for t, _, v in drive.truth], 'yaw_rate', 'yaw rate [rad/s]')
+    grid[2].step(time, states['command_left'], where='post', color=ORANGE, lw=2.2, label='command, left wheels')
+    grid[2].step(time, states['command_right'], where='post', color=BLACK, lw=1.0, ls=(0, (4, 3)), label='command, right wheels')
     grid[2].set_ylabel('wheel speed [rad/s]')
-    grid[3].plot(time, drive.columns['free_energy'], color=VERMILION, lw=1.2)
+    grid[3].plot(time, states['free_energy'], color=VERMILION, lw=1.2)
     grid[3].set_ylabel('free energy')
     grid[3].set_xlabel('time [s]')
     for axes, span in zip(grid, LEAST_SPAN):
