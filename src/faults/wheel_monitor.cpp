@@ -113,14 +113,15 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
+                   {model, wheel_radius, beliefParameters(parameters), 0.0},
                    RecentValues(steps(thresholds::kSure * parameters.dead_time_deviation)),
                    RecentValues(steps(lead(parameters, model)))) {}
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-                           ReachableSpeeds&& reachable, RecentValues&& late, RecentValues&& early)
+                           ReachableSpeeds&& reachable, WheelBelief&& belief, RecentValues&& late, RecentValues&& early)
     : parameters_(parameters),
       reachable_(std::move(reachable)),
-      belief_(model, wheel_radius, beliefParameters(parameters), 0.0),
+      belief_(std::move(belief)),
       drive_train_(model, wheel_radius),
       early_delay_(steps(model.dead_time - lead(parameters, model))),
       late_speeds_(std::move(late)),
@@ -132,8 +133,8 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
 
 void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
-  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(late_speeds_),
-                       std::move(early_speeds_));
+  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_),
+                       std::move(late_speeds_), std::move(early_speeds_));
   start(0.0);
 }
 

@@ -116,7 +116,7 @@ class WheelMonitor {
     double time;  // of the sample, by clock_ [s]
   };
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-               ReachableSpeeds&& reachable, RecentValues&& late, RecentValues&& early);
+               ReachableSpeeds&& reachable, WheelBelief&& belief, RecentValues&& late, RecentValues&& early);
   void begin(double speed);
   Range timed() const;
   double speedVariance() const;
