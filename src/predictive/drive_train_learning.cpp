@@ -40,7 +40,6 @@ constexpr double kBoundPrecision = 1e9;    // precision of a parameter at its bo
 constexpr double kTrialRatio = 2.0;        // tried acceleration / followed acceleration
 constexpr double kRamp = 0.1 / DriveTrainFit::kStep;  // steps over which a followed acceleration is measured
 constexpr double kFollowedShare = 0.9;                // least lambda of motors that follow
-constexpr double kLeastGain = 0.7;                    // share of a ramp that weak motors follow, too
 constexpr double kRampTolerance = 0.4;  // relative difference between the commands' ramp and that of the limit
 // Range of theta.
 constexpr double kLeastShare = 0.3;
@@ -328,16 +327,15 @@ bool DriveTrainLearning::openLimit() {
   const WheelVector followed = now.speed - before.speed;
   const double ramp = timing_.acceleration_limit / wheel_radius_ * steps * kStep;
   // Both wheels have to follow. An encoder that shows far more than commanded is wrong and does not count.
-  double slowest = HUGE_VAL;  // share of the ramp
+  bool ramps = false;
   for (int side = 0; side < 2; ++side) {
     if (std::abs(std::abs(asked(side)) / ramp - 1.0) > kRampTolerance) continue;
     const double share = followed(side) / std::copysign(ramp, asked(side));
-    if (share < kLeastGain || share > kGainRange) return false;
-    slowest = std::min(slowest, share);
+    if (share < kFollowedShare || share > kGainRange) return false;
+    ramps = true;
   }
-  if (!std::isfinite(slowest)) return false;
-  const double limit = std::min(kTrialRatio * std::min(slowest, 1.0) * timing_.acceleration_limit, largest_limit_);
-  if (limit <= timing_.acceleration_limit) return false;
+  const double limit = std::min(kTrialRatio * timing_.acceleration_limit, largest_limit_);
+  if (!ramps || limit <= timing_.acceleration_limit) return false;
   setLimit(limit);
   return true;
 }
