@@ -105,7 +105,7 @@ IN_CPP = r'ROS_(?:LOG|INFO|WARN|ERROR|FATAL)\w*\(', r'"((?:[^"\\]|\\.)*)"', r'%[
 IN_PYTHON = r'rospy\.log\w+\(', r"f?'((?:[^'\\]|\\.)*)'", r'%[-+ #0]*\d*[a-zA-Z]|\{[^}]*\}', ')\n'
 # Texts that a call logs as a value: what stands in its arguments, and the beginnings of the texts.
 COMPOSED = {'describeRobot(': ('Plant model: ', 'Assumed plant model', 'No plant model: no fault detection by prediction'),
-            'advice(': ('Stable with room: ', 'Stable, but with a thin margin '), 'what, (reason()': ('Stopping: ', 'Stopped: '),
+            'advice(': ('Stable with room: ', 'Stable, but with a thin margin '), 'what, (reason_': ('Stopping: ', 'Stopped: '),
             'error': ()}  # the one FATAL line of a program that ends
 
 
