@@ -48,6 +48,7 @@ Observation PlantMeasurement::observation() const {
   observation.acceleration_x = motion.x();
   observation.acceleration_y = motion.y();
   observation.acceleration_z = linear_acceleration.z();
+  observation.level = true;
   return observation;
 }
 

@@ -62,6 +62,7 @@ void bindObservation(py::module& m) {
                      "Accelerometer to the left, without gravity [m/s^2].")
       .def_readwrite("acceleration_z", &Observation::acceleration_z,
                      "Accelerometer upwards, with gravity [m/s^2], or None.")
+      .def_readwrite("level", &Observation::level, "Whether gravity is removed from both by an attitude; False.")
       .def_property(
           "valid", [](const Observation& y) { return channelsOf(y.valid); },
           [](Observation& y, const std::vector<std::string>& channels) { y.valid = validityOf(channels); },

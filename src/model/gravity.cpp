@@ -12,6 +12,7 @@ constexpr double kNormTolerance = 0.01;  // of the squared norm; that of tf2
 std::optional<Eigen::Quaterniond> unitAttitude(const Eigen::Quaterniond& attitude) {
   const double off = attitude.squaredNorm() - 1.0;
   if (!(std::abs(off) <= kNormTolerance)) return std::nullopt;  // NaN too
+  if (attitude.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return std::nullopt;
   return attitude.normalized();
 }
 

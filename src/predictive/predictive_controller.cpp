@@ -110,7 +110,8 @@ void PredictiveController::learnTurn(const Observation& y) {
   // On a box the gyro does not measure the turn of the wheels.
   if (!parameters_.learn_track || frozen_ || shaken_ || model_.on_box) return;
   if (!y.valid.wheel_left || !y.valid.wheel_right || !y.valid.yaw_rate) return;
-  slip_.learnTrack(y.yaw_rate, y.valid.acceleration ? y.acceleration_y : 0.0, difference(y, left(), right()),
+  // Without attitude a slope would count as lateral acceleration.
+  slip_.learnTrack(y.yaw_rate, y.valid.acceleration && y.level ? y.acceleration_y : 0.0, difference(y, left(), right()),
                    observation_step_);
 }
 

@@ -275,7 +275,9 @@ SensorReading RosController::imuOfRobot(double now) const {
   Eigen::Vector3d force(a[0], a[1], a[2]);
   y.acceleration_z = force.z();
   if (const double* q = imu_handle_->getOrientation()) {
-    if (const auto attitude = unitAttitude({q[3], q[0], q[1], q[2]})) force -= gravityReaction(*attitude);
+    const auto attitude = unitAttitude({q[3], q[0], q[1], q[2]});
+    if (attitude) force -= gravityReaction(*attitude);
+    y.level = attitude.has_value();
   }
   y.acceleration_x = force.x();
   y.acceleration_y = force.y();

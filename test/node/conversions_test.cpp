@@ -94,16 +94,20 @@ TEST(PlanarMotion, AttitudeTakesGravityOutHoweverTheSensorIsMounted) {
     const auto motion = planarMotion(atRest(uphill() * mounting), mounting);
     EXPECT_NEAR(motion->segment<2>(1).norm(), 0.0, 1e-12);
     EXPECT_NEAR((*motion)(3), 9.81 * std::cos(5.0 * M_PI / 180.0), 1e-12);
+    EXPECT_TRUE(imuObservation(atRest(uphill() * mounting), mounting)->level);
   }
   sensor_msgs::Imu driving = atRest(uphill());
   driving.linear_acceleration.x += 0.3;
   EXPECT_NEAR((*planarMotion(driving, Eigen::Quaterniond::Identity()))(1), 0.3, 1e-12);
-  sensor_msgs::Imu no_estimate = atRest(uphill()), unset = no_estimate, not_finite = no_estimate;
+  sensor_msgs::Imu no_estimate = atRest(uphill()), unset = no_estimate, not_finite = no_estimate, fixed = no_estimate;
   no_estimate.orientation_covariance[0] = -1.0;
   unset.orientation = geometry_msgs::Quaternion();
   not_finite.orientation.x = kNaN;
-  for (const auto& message : {no_estimate, unset, not_finite}) {  // 9.81 sin(5 deg)
+  fixed.orientation = geometry_msgs::Quaternion();
+  fixed.orientation.w = 1.0;
+  for (const auto& message : {no_estimate, unset, not_finite, fixed}) {  // 9.81 sin(5 deg)
     EXPECT_NEAR((*planarMotion(message, Eigen::Quaterniond::Identity()))(1), 0.855, 1e-3) << "gravity stays";
+    EXPECT_FALSE(imuObservation(message, Eigen::Quaterniond::Identity())->level);
   }
 }
 

@@ -17,7 +17,7 @@ constexpr double kNow = 1700000000.123456789;
 
 SensorReading reading() {
   SensorReading reading{};
-  reading.observation = {kNow, kThird, -2.0 * kThird, 3.1, -0.0, 5e-324, 9.81 + kThird, {true, false, true, false}};
+  reading.observation = {kNow, kThird, -2.0 * kThird, 3.1, -0.0, 5e-324, 9.81 + kThird, {true, false, true, false}, true};
   for (int i = 0; i < reading.sample.size(); ++i) reading.sample(i) = kThird * i;
   reading.may_repeat = true;
   return reading;
@@ -39,6 +39,7 @@ void expectSame(const Observation& a, const Observation& b) {
   EXPECT_EQ(a.vector(), b.vector());
   EXPECT_EQ(a.acceleration_z, b.acceleration_z);
   EXPECT_EQ(a.valid, b.valid);
+  EXPECT_EQ(a.level, b.level);
 }
 
 TEST(InputMessage, KeepsEveryKindToTheBit) {

@@ -54,11 +54,12 @@ struct Loop {
   PredictiveController controller;
   double track;
   double gain = 1.0;
-  double push = 0.0;     // by which its wheels turn without a command [rad/s]
-  double limit = 1e9;    // of a wheel command [rad/s]
-  int phase = 0;         // of the sensors ahead of the actions [ms]
-  int age = 0;           // of a measurement when it arrives [ms]
-  double fastest = 0.0;  // forward speed so far [m/s]
+  double sideways = 0.0;  // lateral acceleration as measured [m/s^2]
+  double push = 0.0;      // by which its wheels turn without a command [rad/s]
+  double limit = 1e9;     // of a wheel command [rad/s]
+  int phase = 0;          // of the sensors ahead of the actions [ms]
+  int age = 0;            // of a measurement when it arrives [ms]
+  double fastest = 0.0;   // forward speed so far [m/s]
 
  private:
   /// @param act gives the controller's command.
@@ -81,7 +82,7 @@ struct Loop {
   void observe() {
     WheelCommand then{left.speed(), right.speed()};
     if (age > 0) then = past.size() < static_cast<std::size_t>(age) ? WheelCommand{} : past[past.size() - age];
-    controller.observe({time, kRadius * (then.right - then.left) / track, then.left, then.right, 0.0, 0.0});
+    controller.observe({time, kRadius * (then.right - then.left) / track, then.left, then.right, 0.0, sideways});
   }
 
   std::vector<WheelCommand> past;  // wheel speeds, one per ms
@@ -241,6 +242,13 @@ TEST(PredictiveController, NumbersOfLostChannelsDoNotReachIt) {
     EXPECT_EQ(clean.updateAction(), poisoned.updateAction());
   }
   EXPECT_TRUE(poisoned.believedVelocity().allFinite());
+}
+
+TEST(PredictiveController, SlopeWithoutAttitudeIsNoLateralAcceleration) {
+  Loop loop(0.7);
+  loop.sideways = 1.7;  // of 10 degrees
+  loop.drive({0.5, 0.0, 0.6}, 10.0);
+  EXPECT_NEAR(loop.controller.effectiveTrack(), 0.7, 0.05);
 }
 
 // ---- rest

@@ -13,7 +13,8 @@ namespace jackal_aic {
 inline constexpr double kGravity = 9.81;
 
 /// The attitude as a unit quaternion. std::nullopt if a component is not finite or its squared norm differs from 1 by
-/// more than 0.01, tf2's bound (a message without attitude has zeros).
+/// more than 0.01, tf2's bound (a message without attitude has zeros), or if it is exactly (0, 0, 0, 1), which is a
+/// default and no estimate.
 std::optional<Eigen::Quaterniond> unitAttitude(const Eigen::Quaterniond& attitude);
 
 /// Reading of an accelerometer at rest, R^T (0, 0, g), in its own frame [m/s^2].

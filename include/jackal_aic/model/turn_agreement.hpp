@@ -15,7 +15,7 @@ namespace jackal_aic {
 /// wheels: 1 if the body follows, 0 if it does not turn, -1 if the gyro has the wrong sign. Does not allocate.
 class TurnAgreement {
  public:
-  static constexpr double kLeastTurn = 0.2;  ///< least turn of a known sign [rad/s]
+  static constexpr double kLeastTurn = 0.2;  ///< least turn of a known sign [rad/s]; of v theta_dot [m/s^2]
 
   /// Compares a measured yaw rate with that of the wheels [rad/s]. @param step since the last one [s].
   void update(double yaw_rate, double asked, double step) {

@@ -78,10 +78,11 @@ struct Observation {
   double wheel_left = 0.0;      ///< omega_L, mean of the left wheels [rad/s]
   double wheel_right = 0.0;     ///< omega_R, mean of the right wheels [rad/s]
   double acceleration_x = 0.0;  ///< x_ddot, along x of base_link, without gravity [m/s^2]
-  double acceleration_y = 0.0;  ///< y_ddot, along y; both include gravity without attitude
+  double acceleration_y = 0.0;  ///< y_ddot, along y; both include gravity unless `level`
   std::optional<double> acceleration_z =
       {};  ///< specific force along z of base_link [m/s^2], gravity left in: about +g, -g upside down; empty: not known
   ChannelValidity valid = {};  ///< which of the channels count
+  bool level = false;          ///< an attitude was there to remove gravity
 
   /// The channels as the vector y of eq. 3-3.
   SensorVector vector() const {

@@ -81,6 +81,7 @@ std::optional<Observation> imuObservation(const sensor_msgs::Imu& message, const
   if (attitude) level -= (rotation * gravityReaction(*attitude)).head<2>();
   Observation observation{message.header.stamp.toSec(), angular.z(), 0.0, 0.0, level.x(), level.y()};
   observation.acceleration_z = force.z();
+  observation.level = attitude.has_value();
   observation.valid.wheel_left = observation.valid.wheel_right = false;
   // REP 145: a first covariance of -1 says that the sensor is absent.
   observation.valid.yaw_rate = message.angular_velocity_covariance[0] >= 0.0;

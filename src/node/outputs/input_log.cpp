@@ -81,7 +81,7 @@ struct Values {
   void operator()(StartInput& input) const { a(input.driven.left, input.driven.right); }
   void operator()(Observation& y) const {
     a(y.stamp, y.yaw_rate, y.wheel_left, y.wheel_right, y.acceleration_x, y.acceleration_y, y.acceleration_z);
-    a(y.valid.yaw_rate, y.valid.wheel_left, y.valid.wheel_right, y.valid.acceleration);
+    a(y.valid.yaw_rate, y.valid.wheel_left, y.valid.wheel_right, y.valid.acceleration, y.level);
   }
   void operator()(SensorReading& reading) const {
     (*this)(reading.observation);
