@@ -25,10 +25,6 @@ constexpr double kIsolationTime = 0.2;
 /// Longest time for which the body drags a wheel faster than commanded against weak motors [s].
 constexpr double kDraggedTime = 0.6;
 
-/// Longest time for which a wheel may be slower than predicted without a yaw rate that confirms it [s]: a motor at its
-/// limit, or a kerb.
-constexpr double kHeldUpTime = 0.5;
-
 /// Time over which the yaw rate's evidence is averaged [s].
 constexpr double kEvidenceMemory = 0.05;
 
@@ -307,13 +303,10 @@ void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& d
     // The tyres of a dragged wheel may slide. Then neither speed explains the yaw rate.
     const bool as_predicted = !as_measured && evidence_.against_predicted <= kNoEvidence * kNoEvidence;
     if (!as_predicted && wheel.fasterThanCommanded() && evidence_.time < kDraggedTime) return;
-    if (as_measured && wheel.slowed()) {
-      if (yaw_tells_) {
-        wheel.acceptMeasured(step);
-        verdict.state = ChannelState::ok;
-        return;
-      }
-      if (evidence_.time < kHeldUpTime) return;
+    if (as_measured && yaw_tells_ && wheel.slowed()) {
+      wheel.acceptMeasured(step);
+      verdict.state = ChannelState::ok;
+      return;
     }
     drive = as_measured;
     verdict.state = drive ? ChannelState::ok : ChannelState::faulty;

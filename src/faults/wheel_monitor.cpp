@@ -23,22 +23,12 @@ constexpr double kResolution = 1e-5;
 /// Share of the width of the reachable interval that counts as motion between two samples.
 constexpr double kUnderWay = 0.25;
 
-/// Motion that a working encoder must show: in steps of its resolution, at least [rad/s], and relative to its speed.
-constexpr double kMissedSteps = 3.0;
-constexpr double kLeastMotion = 0.02;
-constexpr double kDrift = 0.01;
-
 /// Largest step of an encoder [rad/s]; a larger change is motion.
 constexpr double kCoarsestStep = 0.2;
 
 /// Least mean acceleration between two renewals of a held encoder value for a wheel that follows its command [rad/s^2].
 /// A heavy robot on sticky ground may not reach more.
 constexpr double kSlowestRamp = 2.0;
-
-/// A wheel returns to its prediction if it gains this share of its largest error, and more than its noise, within this
-/// time [s].
-constexpr double kLeastReturn = 0.05;
-constexpr double kReturnTime = 0.1;
 
 /// Change of an encoder beyond its noise: steps of its resolution, and at least so much [rad/s].
 constexpr double kHeldSteps = 3.0;
@@ -66,13 +56,6 @@ constexpr double kBehindTime = 0.5;
 
 constexpr double kSpikeMemory = 0.5;    // s over which spikes are counted
 constexpr double kLongestSpike = 0.05;  // s; a longer outlier may be a motion
-
-std::size_t steps(double time) { return static_cast<std::size_t>(std::lround(time / DriveTrain::kStep)); }
-
-/// Lead of the early prediction: the commands within the dead time are known.
-double lead(const FaultParameters& p, const PlantModel& model) {
-  return std::min(thresholds::kSure * p.dead_time_deviation, model.dead_time);
-}
 
 /// Range of an identified drive train. A lag above that of motors approximates a ramp, or ground that holds a heavy
 /// robot. Then only the sum of dead time and lag is known.
@@ -113,34 +96,27 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
     : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
-                   {model, wheel_radius, beliefParameters(parameters), 0.0},
-                   RecentValues(steps(thresholds::kSure * parameters.dead_time_deviation)),
-                   RecentValues(steps(lead(parameters, model)))) {}
+                   {model, wheel_radius, beliefParameters(parameters), 0.0}) {}
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-                           ReachableSpeeds&& reachable, WheelBelief&& belief, RecentValues&& late, RecentValues&& early)
+                           ReachableSpeeds&& reachable, WheelBelief&& belief)
     : parameters_(parameters),
       reachable_(std::move(reachable)),
       belief_(std::move(belief)),
-      drive_train_(model, wheel_radius),
-      early_delay_(steps(model.dead_time - lead(parameters, model))),
-      late_speeds_(std::move(late)),
-      early_speeds_(std::move(early)),
       identified_(model.identified),
       change_(kMemory),
       persistence_(parameters.persistence()),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)),
-      least_progress_(0.5 * parameters.slowest_acceleration * model.acceleration_limit / wheel_radius) {}
+      motors_(model.acceleration_limit / wheel_radius),
+      least_progress_(0.5 * parameters.slowest_acceleration * motors_) {}
 
 void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
-  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_),
-                       std::move(late_speeds_), std::move(early_speeds_));
+  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_));
   start(0.0);
 }
 
 void WheelMonitor::start(double speed) {
   belief_.reset(speed);
-  early_ << speed, 0.0, 0.0;
   reachable_.start(speed);
   begin(speed);
 }
@@ -153,9 +129,6 @@ void WheelMonitor::startUnderWay(double speed) {
 
 void WheelMonitor::follow(double speed) {
   belief_.reset(speed);
-  early_ << speed, 0.0, 0.0;
-  late_speeds_.fill(speed);
-  early_speeds_.fill(speed);
   reachable_.start(speed);
   last_speed_ = speed;  // a belief that is the measurement explains none of its noise
 }
@@ -167,32 +140,21 @@ double WheelMonitor::steadyMisfit(double speed) const {
 }
 
 void WheelMonitor::begin(double speed) {
-  late_speeds_.fill(speed);
-  early_speeds_.fill(early_(0));
   held_ = {{speed, speed}, {speed, speed}, clock_ - kUnknownAge};
   intervals_.fill(held_);
   last_speed_ = measured_ = speed;
-  frozen_ = suspect_ = recovering_ = led_away_ = false;
-  farthest_ = behind_ = spikes_ = outlier_time_ = 0.0;
+  frozen_ = suspect_ = recovering_ = led_away_ = jumped_ = false;
+  behind_ = spikes_ = outlier_time_ = rise_ = fall_ = 0.0;
   persistence_.reset();
 }
 
 WheelRates WheelMonitor::predict(double command) {
   const Range rates = reachable_.predict(command);
   belief_.predictActing(reachable_.acting());
-  drive_train_.step(early_, reachable_.commandBefore(early_delay_));
-  late_speeds_.add(belief_.speed());
-  early_speeds_.add(early_(0));
+  rise_ += rates.high * DriveTrain::kStep;
+  fall_ += rates.low * DriveTrain::kStep;
   change_.add(belief_.acceleration(), DriveTrain::kStep);
   return {belief_.acceleration(), rates};
-}
-
-/// Speeds of the model whose dead time is uncertain. The prediction that runs ahead was where the belief is now; only
-/// its changes since count.
-Range WheelMonitor::timed() const {
-  const double offset = late_speeds_.at(0) - early_speeds_.oldest();
-  const Range late = late_speeds_.range(), early = early_speeds_.range();
-  return {std::min(late.low, early.low + offset), std::max(late.high, early.high + offset)};
 }
 
 double WheelMonitor::speedVariance() const {
@@ -202,13 +164,12 @@ double WheelMonitor::speedVariance() const {
 /// Variance of rounding. It does not average out at a constant speed.
 double WheelMonitor::resolutionVariance() const { return quantum_ * quantum_ / 12.0; }
 
-/// Possible speeds: the envelope of the timing, and the belief plus the distance of the slowest and the fastest drive
-/// train from the model. Where stiction may hold the wheel, rest is possible too.
+/// Possible speeds: the belief plus the distance of the slowest and the fastest drive train from the model. Where
+/// stiction may hold the wheel, rest is possible too.
 WheelMonitor::Interval WheelMonitor::possible() const {
   const double slowest = reachable_.low(), fastest = reachable_.high();
   const double offset = belief_.speed() - reachable_.nominal();
-  const auto [low, high] = timed();
-  Interval possible{std::min(low, slowest + offset), std::max(high, fastest + offset)};
+  Interval possible{slowest + offset, fastest + offset};
   if (slowest > kStiction || fastest < -kStiction) return possible;
   possible.low = std::min({possible.low, slowest, 0.0});
   possible.high = std::max({possible.high, fastest, 0.0});
@@ -250,7 +211,23 @@ double WheelMonitor::variance() const {
   return speedVariance() + parameters_.wheel_variance + scaled * scaled;
 }
 
+/// No wheel jumps: from one sample to the next its drive train, and a load that is as strong as its motors, change its
+/// speed by no more than this. A faster motor may be where the newest command leads. Of a speed that was not known
+/// better, a jump says nothing.
+bool WheelMonitor::jumps(double measurement, double step) const {
+  if (step <= 0.0) return false;
+  const double samples = 1.0 + hold_.longest() / step, by_load = step * motors_;
+  const double noise =
+      thresholds::kSure * std::sqrt(2.0 * (learned_.factor() * parameters_.wheel_variance + resolutionVariance()));
+  const double change = measurement - measured_, commanded = reachable_.commanded();
+  const bool impossible = change > samples * (rise_ + by_load) + noise || change < samples * (fall_ - by_load) - noise;
+  const Range known{std::min(reachable_.low(), commanded), std::max(reachable_.high(), commanded)};
+  return impossible && std::abs(known.outside(measurement)) > known.high - known.low;
+}
+
+/// Distance from what is possible; of a wheel that jumped, from the belief, because no uncertain model explains that.
 double WheelMonitor::errorOf(double measurement) const {
+  if (jumped_) return measurement - belief_.speed();
   const auto outside = [measurement](const Interval& i) {
     return measurement - std::clamp(measurement, i.low, i.high);
   };
@@ -267,9 +244,12 @@ void WheelMonitor::compare(double measurement, double step) {
   const double since_renewed = hold_.held() + step;
   hold_.update(measurement, std::max(kHeldSteps * quantum_, kHeldMotion), step);
   holdIntervals(step);
+  jumped_ = jumped_ || jumps(measurement, step);
+  rise_ = fall_ = 0.0;
   error_ = errorOf(measurement);
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
-  frozen_ = isFrozen(measurement, step);
+  if (distance_ <= 1.0) jumped_ = false;
+  frozen_ = isFrozen(measurement);
   behind_ = isBehind(measurement) ? behind_ + step : 0.0;
   const bool behind_for_long = behind_ > kBehindTime + 2.0 * hold_.longest();
   led_away_ = behind_for_long && distance_ <= 1.0;
@@ -278,7 +258,7 @@ void WheelMonitor::compare(double measurement, double step) {
   waits_ = measurement == measured_ && hold_.held() <= hold_.longest();
   const double least = hold_.longest() > 0.0 ? std::min(least_progress_, kSlowestRamp) : least_progress_;
   const bool follows = waits_ ? recovering_ : comesNearer(measured_, measurement) > least * since_renewed;
-  recovering_ = follows || comesBack(measurement, step) || isAhead(measurement);
+  recovering_ = follows || isAhead(measurement);
   measured_ = measurement;
 }
 
@@ -316,28 +296,7 @@ bool WheelMonitor::isAhead(double measurement) const {
 /// Progress towards the prediction between two measurements.
 double WheelMonitor::comesNearer(double before, double now) const { return error_ < 0.0 ? now - before : before - now; }
 
-/// Weak motors return a wheel slowly. From its largest error it has to approach the prediction step by step.
-bool WheelMonitor::comesBack(double measurement, double step) {
-  if (!suspect_) {
-    farthest_ = 0.0;
-    return false;
-  }
-  const double off = std::abs(error_), before = std::exchange(farthest_, std::max(farthest_, off));
-  const double noise = thresholds::kSure * std::sqrt(learned_.factor() * parameters_.wheel_variance);
-  const double least = std::max(kLeastReturn * farthest_, noise);
-  if (farthest_ > before || farthest_ == 0.0) {
-    mark_ = measurement;
-    since_mark_ = kReturnTime + 2.0 * hold_.longest();
-  } else if (comesNearer(mark_, measurement) > least && off < farthest_ - least) {
-    mark_ = measurement;
-    since_mark_ = 0.0;
-  } else {
-    since_mark_ += step;
-  }
-  return since_mark_ < kReturnTime + 2.0 * hold_.longest();
-}
-
-bool WheelMonitor::isFrozen(double measurement, double step) {
+bool WheelMonitor::isFrozen(double measurement) {
   // Repetitions of a wheel at rest carry no information.
   const bool may_rest = std::abs(measurement) < thresholds::kMoving;
   // While the speed changes, alternating changes are motion and not noise.
@@ -355,20 +314,7 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   }
   const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;
   quantum_ = std::min(repetition_.resolution(), kCoarsestStep);
-  const double least = repeats ? leastMissed(measurement) : 0.0;
-  const bool missed =
-      missed_motion_.update(measurement, repeats, reachable_.low(), reachable_.high(), least, step, hold_.longest());
-  const bool may_stand = std::abs(measurement) < thresholds::kRest &&
-                         std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < kStiction;
-  return parameters_.frozen_samples > 0 && (silent || (missed && !may_stand));
-}
-
-/// Motion that a working encoder must show [rad/s].
-double WheelMonitor::leastMissed(double measurement) const {
-  // Before the resolution is known, assume the coarsest.
-  const double quantum = quantum_ > 0.0 ? quantum_ : kCoarsestStep;
-  return std::max({kMissedSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
-         thresholds::kSure * std::sqrt(misfit_);
+  return parameters_.frozen_samples > 0 && silent;
 }
 
 bool WheelMonitor::commandedToRest() const {
@@ -393,6 +339,7 @@ void WheelMonitor::forgive() {
   belief_.reset(measured_);
   reachable_.seed(measured_);
   persistence_.reset();
+  jumped_ = false;
 }
 
 void WheelMonitor::conclude(double measurement, const SampleStep& step) {

@@ -54,6 +54,17 @@ TEST(FaultIsolation, TheGyroTellsAnEncoderFromADrive) {
   }
 }
 
+/// The turn alone does not tell it from other ground, because the turn of an assumed robot may differ by half.
+TEST(FaultIsolation, AnEncoderAtHalfInATurnIsFoundOnAnAssumedRobot) {
+  for (const double speed : {1.4, 2.3, 4.0}) {
+    const WheelCommand turn{-speed, speed};
+    Robot robot({}, assumedModel());
+    robot.drive(turn, 3 * kSecond);
+    EXPECT_EQ(robot.drive(turn, 15, [](Observation& y) { y.wheel_left *= 0.5; }).fault(), Fault::left_encoder_wrong)
+        << speed;
+  }
+}
+
 TEST(FaultIsolation, AGyroThatIsNoWitnessLeavesTheDrive) {
   const auto with = [](auto before, auto fault, const PlantModel& told) {
     Robot robot = settled(kStraight, {}, told);

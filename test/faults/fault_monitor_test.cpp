@@ -140,10 +140,10 @@ TEST(FaultMonitor, AWheelThatIsSlowedDownAndTurnsOnIsNotBlocked) {
   EXPECT_STREQ(slow.drive(kStraight, 15, slowedTo(0.0)).reason(), kBlocked);
   EXPECT_STREQ(weak.drive(kStraight, 15, slowedTo(0.4)).reason(), kBlocked);
   // Without a gyro it is as well an encoder that is wrong.
-  EXPECT_STREQ(alone.drive(kStraight, 22, slowedTo(0.6, false)).reason(), "");
+  EXPECT_STREQ(alone.drive(kStraight, 9, slowedTo(0.6, false)).reason(), "");
   EXPECT_STREQ(alone.drive(kStraight, 2 * kSecond, slowedTo(1.0, false)).reason(), "");
-  EXPECT_STREQ(alone.drive(kStraight, 22, slowedTo(0.6, false)).reason(), "") << "what is over is forgotten";
-  EXPECT_STREQ(alone.drive(kStraight, 10, slowedTo(0.6, false)).reason(), kBlocked);
+  EXPECT_STREQ(alone.drive(kStraight, 9, slowedTo(0.6, false)).reason(), "") << "what is over is forgotten";
+  EXPECT_STREQ(alone.drive(kStraight, 6, slowedTo(0.6, false)).reason(), kBlocked);
 }
 
 TEST(FaultMonitor, WheelsThatAreToStandAndTurnAreMoved) {

@@ -49,9 +49,6 @@ class ReachableSpeeds {
   /// Effective command [rad/s] that acts after the model's dead time.
   double acting() const { return commands_.at(model_delay_); }
 
-  /// Effective command [rad/s] of some time ago [steps], not longer than the longest dead time.
-  double commandBefore(std::size_t age) const { return commands_.at(age); }
-
   /// Speed that the newest command asks for, at steady state [rad/s].
   double commanded() const { return gain_ * commands_.at(0); }
 

@@ -28,7 +28,6 @@ class RecentValues {
 
   /// The value of an age, at most the oldest.
   double at(std::size_t age) const { return values_[newest_ >= age ? newest_ - age : newest_ + values_.size() - age]; }
-  double oldest() const { return at(values_.size() - 1); }  ///< the value of the oldest age
 
   /// Smallest and largest value from one age to another.
   Range range(std::size_t youngest, std::size_t oldest) const {
@@ -38,9 +37,6 @@ class RecentValues {
     }
     return range;
   }
-
-  /// Smallest and largest of all values that are kept.
-  Range range() const { return range(0, values_.size() - 1); }
 
  private:
   std::vector<double> values_;

@@ -11,9 +11,7 @@
 #include "jackal_aic/faults/density.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/reachable_speeds.hpp"
-#include "jackal_aic/faults/recent_values.hpp"
 #include "jackal_aic/faults/repetition.hpp"
-#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/robot_range.hpp"
 #include "jackal_aic/model/wheel_belief.hpp"
@@ -116,19 +114,17 @@ class WheelMonitor {
     double time;  // of the sample, by clock_ [s]
   };
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-               ReachableSpeeds&& reachable, WheelBelief&& belief, RecentValues&& late, RecentValues&& early);
+               ReachableSpeeds&& reachable, WheelBelief&& belief);
   void begin(double speed);
-  Range timed() const;
   double speedVariance() const;
   double resolutionVariance() const;
   double variance() const;
   Interval possible() const;
   void holdIntervals(double step);
+  bool jumps(double measurement, double step) const;
   double errorOf(double measurement) const;
-  bool isFrozen(double measurement, double step);
-  double leastMissed(double measurement) const;
+  bool isFrozen(double measurement);
   double comesNearer(double before, double now) const;
-  bool comesBack(double measurement, double step);
   bool isAhead(double measurement) const;
   double slowest() const;
   void countSpikes(double step);
@@ -140,11 +136,6 @@ class WheelMonitor {
   FaultParameters parameters_;
   ReachableSpeeds reachable_;  // keeps the commands under way
   WheelBelief belief_;         // of the command that acts
-  DriveTrain drive_train_;
-  Eigen::Vector3d early_ = Eigen::Vector3d::Zero();  // of a command that will act; never corrected
-  std::size_t early_delay_;                          // [steps]
-  RecentValues late_speeds_;                         // believed, as long as the dead time may be longer [rad/s]
-  RecentValues early_speeds_;                        // of early_, as long as it runs ahead [rad/s]
   bool identified_;
   RecentChange change_;
   LearnedVariance learned_;
@@ -152,7 +143,6 @@ class WheelMonitor {
   faults::Repetition repetition_;
   double silence_ = 0.0;  // ln of the odds of the repetitions so far that the encoder is frozen
   double quantum_ = 0.0;  // resolution of the encoder; 0 before it is known [rad/s]
-  MissedMotion missed_motion_;
   SampleHold hold_;
   std::array<Intervals, 64> intervals_{};  // of the last samples, a ring
   std::size_t newest_ = 0;
@@ -167,15 +157,15 @@ class WheelMonitor {
   bool frozen_ = false;
   bool suspect_ = false;
   bool recovering_ = false;
-  double spikes_ = 0.0;        // number of late
-  double outlier_time_ = 0.0;  // of the present one [s]
-  bool waits_ = false;         // the last value was held, and its renewal is not due yet
-  double behind_ = 0.0;        // time for which the wheel has had too little of its command [s]
-  bool led_away_ = false;      // it is suspect because of that, and its belief is where it is
-  double farthest_ = 0.0;      // |error| of the outliers in a row, the largest [rad/s]
-  double mark_ = 0.0;          // measured when the wheel came nearer last [rad/s]
-  double since_mark_ = 0.0;    // [s]
-  double least_progress_;      // of a wheel that follows its command [rad/s^2]
+  double spikes_ = 0.0;             // number of late
+  double outlier_time_ = 0.0;       // of the present one [s]
+  bool waits_ = false;              // the last value was held, and its renewal is not due yet
+  double behind_ = 0.0;             // time for which the wheel has had too little of its command [s]
+  bool led_away_ = false;           // it is suspect because of that, and its belief is where it is
+  double rise_ = 0.0, fall_ = 0.0;  // change since the last sample by any drive train [rad/s]
+  bool jumped_ = false;             // away from its belief, and not back yet
+  double motors_;                   // acceleration limit of the model [rad/s^2]
+  double least_progress_;           // of a wheel that follows its command [rad/s^2]
 };
 
 }  // namespace jackal_aic
