@@ -51,4 +51,28 @@ void SampleHold::update(double value, double least, double step) {
   held_ = 0.0;
 }
 
+bool MissedMotion::update(double value, bool repeats, double low, double high, double least, double step, double hold) {
+  constexpr double kMemory = 5.0;    // s; what takes longer may be a slow change of the drive train
+  constexpr double kLongest = 0.25;  // s, longest patience
+  constexpr double kSettled = 3.0;   // times that a source is waited for, in which one that lives shows a change
+  unchanged_ += step;
+  if (!repeats) {
+    patience_ = std::min(std::max(patience_, 2.0 * missed_), kLongest);
+    if (unchanged_ < patience_ + thresholds::kRounding) quick_changes_ = std::min(quick_changes_ + 1, kFewChanges);
+    unchanged_ = missed_ = 0.0;
+    low_ = low;
+    high_ = high;
+    return false;
+  }
+  const double wait = (quick_changes_ < kFewChanges ? kLongest : patience_) + 2.0 * hold;
+  // A wheel that may have been anywhere as it started is where its prediction has narrowed down to since.
+  const auto fade = [step, wait](double& then, double now, bool narrower) {
+    then += (now - then) * std::min(step / (narrower ? kSettled * wait : kMemory), 1.0);
+  };
+  fade(low_, low, low > low_);
+  fade(high_, high, high < high_);
+  missed_ = std::max(low - std::max(high_, value), std::min(low_, value) - high) > least ? missed_ + step : 0.0;
+  return missed_ > wait;
+}
+
 }  // namespace jackal_aic

@@ -23,6 +23,11 @@ constexpr double kResolution = 1e-5;
 /// Share of the width of the reachable interval that counts as motion between two samples.
 constexpr double kUnderWay = 0.25;
 
+/// Motion that a working encoder must show: in steps of its resolution, at least [rad/s], and relative to its speed.
+constexpr double kMissedSteps = 3.0;
+constexpr double kLeastMotion = 0.02;
+constexpr double kDrift = 0.01;
+
 /// Largest step of an encoder [rad/s]; a larger change is motion.
 constexpr double kCoarsestStep = 0.2;
 
@@ -54,6 +59,10 @@ constexpr double kAnyBehind = 1.5;
 constexpr double kAnyBehindAtRest = 1.25;
 constexpr double kBehindTime = 0.5;
 
+/// Steady-state error of an assumed model: of the gain, relative, and the offset of a motor with stock gains [rad/s].
+constexpr double kAssumedGain = 0.25;
+constexpr double kAssumedOffset = 0.5;
+
 constexpr double kSpikeMemory = 0.5;    // s over which spikes are counted
 constexpr double kLongestSpike = 0.05;  // s; a longer outlier may be a motion
 
@@ -80,10 +89,6 @@ DriveTrainRange assumedRange(const FaultParameters& p, const PlantModel& model) 
 DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& model) {
   return model.identified ? identifiedRange(p, model) : assumedRange(p, model);
 }
-
-/// Steady-state error of an assumed model: of the gain, relative, and the offset of a motor with stock gains [rad/s].
-constexpr double kAssumedGain = 0.25;
-constexpr double kAssumedOffset = 0.5;
 
 WheelBeliefParameters beliefParameters(const FaultParameters& p) {
   WheelBeliefParameters belief;
@@ -213,7 +218,7 @@ double WheelMonitor::variance() const {
 
 /// No wheel jumps: from one sample to the next its drive train, and a load that is as strong as its motors, change its
 /// speed by no more than this. A faster motor may be where the newest command leads. Of a speed that was not known
-/// better, a jump says nothing.
+/// better, or that the assumed gain explains, a jump says nothing.
 bool WheelMonitor::jumps(double measurement, double step) const {
   if (step <= 0.0) return false;
   const double samples = 1.0 + hold_.longest() / step, by_load = step * motors_;
@@ -222,7 +227,8 @@ bool WheelMonitor::jumps(double measurement, double step) const {
   const double change = measurement - measured_, commanded = reachable_.commanded();
   const bool impossible = change > samples * (rise_ + by_load) + noise || change < samples * (fall_ - by_load) - noise;
   const Range known{std::min(reachable_.low(), commanded), std::max(reachable_.high(), commanded)};
-  return impossible && std::abs(known.outside(measurement)) > known.high - known.low;
+  const double doubt = known.high - known.low + kAssumedGain * std::abs(belief_.speed());
+  return impossible && std::abs(known.outside(measurement)) > doubt;
 }
 
 /// Distance from what is possible; of a wheel that jumped, from the belief, because no uncertain model explains that.
@@ -249,7 +255,7 @@ void WheelMonitor::compare(double measurement, double step) {
   error_ = errorOf(measurement);
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
   if (distance_ <= 1.0) jumped_ = false;
-  frozen_ = isFrozen(measurement);
+  frozen_ = isFrozen(measurement, step);
   behind_ = isBehind(measurement) ? behind_ + step : 0.0;
   const bool behind_for_long = behind_ > kBehindTime + 2.0 * hold_.longest();
   led_away_ = behind_for_long && distance_ <= 1.0;
@@ -296,7 +302,7 @@ bool WheelMonitor::isAhead(double measurement) const {
 /// Progress towards the prediction between two measurements.
 double WheelMonitor::comesNearer(double before, double now) const { return error_ < 0.0 ? now - before : before - now; }
 
-bool WheelMonitor::isFrozen(double measurement) {
+bool WheelMonitor::isFrozen(double measurement, double step) {
   // Repetitions of a wheel at rest carry no information.
   const bool may_rest = std::abs(measurement) < thresholds::kMoving;
   // While the speed changes, alternating changes are motion and not noise.
@@ -314,7 +320,21 @@ bool WheelMonitor::isFrozen(double measurement) {
   }
   const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;
   quantum_ = std::min(repetition_.resolution(), kCoarsestStep);
-  return parameters_.frozen_samples > 0 && silent;
+  const double low = reachable_.low(), high = reachable_.high(), least = repeats ? leastMissed(measurement) : 0.0;
+  // A wheel that sticks at a small command misses no motion until it has to turn.
+  const bool may_stand =
+      std::abs(measurement) < thresholds::kRest && std::max(std::abs(low), std::abs(high)) < kStiction;
+  const bool missed = missed_motion_.update(measurement, repeats, low, high, least, step, hold_.longest());
+  if (may_stand) missed_motion_.restart(low, high);
+  return parameters_.frozen_samples > 0 && (silent || (missed && !may_stand));
+}
+
+/// Motion that a working encoder must show [rad/s].
+double WheelMonitor::leastMissed(double measurement) const {
+  // Before the resolution is known, assume the coarsest.
+  const double quantum = quantum_ > 0.0 ? quantum_ : kCoarsestStep;
+  return std::max({kMissedSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
+         thresholds::kSure * std::sqrt(misfit_);
 }
 
 bool WheelMonitor::commandedToRest() const {
@@ -353,8 +373,11 @@ void WheelMonitor::conclude(double measurement, const SampleStep& step) {
   const double width = held_.possible.high - held_.possible.low;
   const double deviation = std::sqrt(learned_.factor() * variance);
   if (width < thresholds::kSure * deviation) learned_.learn(measurement - belief_.speed(), variance, step.share);
-  // A wide interval of possible speeds makes the measurement less informative about the drive train.
-  belief_.correct(measurement, width * width);
+  // A wide interval of possible speeds makes the measurement less informative about the drive train, and so does one
+  // that no drive train in the range reaches: it would be taken for a disturbance.
+  const auto [low, high] = held_.reachable;
+  const Range steady{low - steadyMisfit(low), high + steadyMisfit(high)};
+  belief_.correct(measurement, square(width) + square(kDoubtful * steady.outside(measurement)));
   last_speed_ = belief_.speed();
 }
 

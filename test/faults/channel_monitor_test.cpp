@@ -111,6 +111,124 @@ TEST(Persistence, RecoversAfterASecondOfGoodSamplesThatSaySomething) {
   }
 }
 
+// ---- missed motion
+
+/// Shows a value that repeats to a prediction that stays. @returns the samples until motion is missed, 1000 if never.
+int samplesUntilMissed(MissedMotion& test, double value, double low, double high, double hold = 0.0) {
+  for (int k = 0; k < 1000; ++k) {
+    if (test.update(value, true, low, high, 0.3, kStep, hold)) return k;
+  }
+  return 1000;
+}
+
+TEST(MissedMotion, IsFoundWhereTheRangesAreApartAndTheValueWasNotThereBefore) {
+  const struct {
+    const char* why;
+    double value, low, high;  // as it was renewed
+    double low_now, high_now;
+    bool missed;
+  } rows[] = {
+      {"it moved up", 5.0, 4.9, 5.1, 5.9, 6.1, true},       {"it moved down", 5.0, 4.9, 5.1, 2.9, 3.1, true},
+      {"nothing to miss", 5.0, 4.9, 5.1, 4.9, 5.1, false},  {"was there before", 6.0, 4.0, 5.0, 5.9, 6.1, false},
+      {"was there before", 3.0, 4.9, 5.1, 2.9, 3.1, false}, {"may be where it was", 4.5, 4.0, 5.0, 4.9, 9.0, false}};
+  for (const auto& row : rows) {
+    for (const double sign : {1.0, -1.0}) {
+      const auto mirrored = [sign](double a, double b) { return sign > 0.0 ? std::pair(a, b) : std::pair(-b, -a); };
+      const auto [low, high] = mirrored(row.low, row.high);
+      const auto [low_now, high_now] = mirrored(row.low_now, row.high_now);
+      MissedMotion test;
+      EXPECT_FALSE(test.update(sign * row.value, false, low, high, 0.3, kStep));
+      const int samples = samplesUntilMissed(test, sign * row.value, low_now, high_now);
+      EXPECT_EQ(samples < 1000, row.missed) << row.why << ", " << sign;
+      EXPECT_TRUE(!row.missed || samples * kStep <= 0.26) << row.why;
+      EXPECT_FALSE(test.update(6.1, false, 6.0, 6.2, 0.3, kStep)) << "it lives again";
+    }
+  }
+}
+
+TEST(MissedMotion, ForgetsWhatWasUncertainWhenTheValueChangedLast) {
+  MissedMotion test;
+  test.update(5.0, false, 1.0, 9.0, 0.3, kStep);
+  EXPECT_EQ(samplesUntilMissed(test, 5.0, 4.9, 5.1), 1000) << "nothing to miss";
+  EXPECT_LE(samplesUntilMissed(test, 5.0, 4.0, 4.2) * kStep, 0.26);
+}
+
+TEST(MissedMotion, WhatTakesLongerThanSecondsMayBeTheDriveTrain) {
+  const auto missed = [](double rate) {  // [1/s]
+    MissedMotion test;
+    test.update(5.0, false, 4.9, 5.1, 0.3, kStep);
+    bool result = false;
+    for (int k = 1; k <= 1000; ++k) {
+      const double at = 5.0 + rate * kStep * k;
+      result |= test.update(5.0, true, at - 0.1, at + 0.1, 0.3, kStep);
+    }
+    return result;
+  };
+  for (const double way : {1.0, -1.0}) {
+    EXPECT_FALSE(missed(0.08 * way)) << "1.6 in 20 s";
+    EXPECT_TRUE(missed(0.15 * way)) << "3 in 20 s";
+  }
+}
+
+TEST(MissedMotion, IsGivenTwiceTheLongestTimeThatItTookBefore) {
+  // A source that is renewed now and then misses motion in between.
+  const struct {
+    const char* why;
+    int renewals, samples;  // from one renewal to the next
+    double patience;        // s
+  } rows[] = {{"hardly known: the longest patience", 3, 1, 0.26},
+              {"known to be renewed all the time", 30, 1, 0.12},
+              {"renewed at 10 Hz, misses 0.08 s", 30, 5, 0.18},
+              {"renewed at 5 Hz: the longest patience", 30, 10, 0.26}};
+  for (const auto& row : rows) {
+    MissedMotion test;
+    double at = 0.0;
+    for (int k = 0; k <= row.renewals; ++k, at += 1.0) {
+      EXPECT_FALSE(test.update(at, false, at, at, 0.3, kStep));
+      for (int i = 1; i < row.samples && k < row.renewals; ++i) {
+        EXPECT_FALSE(test.update(at, true, at + 1.0, at + 1.0, 0.3, kStep)) << row.why;
+      }
+    }
+    EXPECT_NEAR((samplesUntilMissed(test, at - 1.0, at, at) + 1) * kStep, row.patience, 0.021) << row.why;
+  }
+}
+
+TEST(MissedMotion, ASourceThatWasRenewedSeldomWhileItCreptIsWaitedForWhenItDrivesOff) {
+  constexpr double kPublished = 0.05;  // s
+  constexpr int kHeldSamples = 5;      // renewed at 4 Hz
+  MissedMotion test;
+  double measured = 0.0;
+  for (int k = 0; k < 300; ++k) {
+    const double speed = k < 200 ? 0.6 + 0.02 * (k / kHeldSamples % 2) : 0.6 + 0.2 * (k - 200);
+    const bool renewed = k % kHeldSamples == 0;
+    if (renewed) measured = speed;
+    EXPECT_FALSE(test.update(measured, !renewed, speed, speed, 0.3, kPublished)) << k;
+  }
+}
+
+TEST(MissedMotion, IsNoneToAndFroBetweenTwoRenewals) {
+  constexpr double kHold = 0.24;
+  MissedMotion test;
+  for (int k = 0; k < 20; ++k) test.update(0.5 * k, false, 0.5 * k, 0.5 * k, 0.3, kStep, kHold);
+  test.update(9.5, false, 8.6, 8.6, 0.3, kStep, kHold);  // a wheel that is faster than its model by a tenth
+  for (int k = 0; k < 500; ++k) {
+    const double at = k >= 50 && k < 62 ? 9.5 : 8.6;
+    EXPECT_FALSE(test.update(9.5, true, at, at, 0.3, kStep, kHold)) << k;
+  }
+}
+
+TEST(MissedMotion, WaitsForAnEncoderThatHoldsItsValue) {
+  for (const double hold : {0.0, 0.2}) {
+    MissedMotion motion;
+    for (int i = 0; i < 20; ++i) motion.update(0.01 * i, false, 0.01 * i, 0.01 * i, 0.1, kStep);
+    const double after = kStep * (samplesUntilMissed(motion, 0.19, 5.0, 5.0, hold) + 1);
+    EXPECT_LT(after, hold > 0.0 ? 0.6 : 0.2);
+    EXPECT_GT(after, hold > 0.0 ? 0.4 : 0.0);
+  }
+}
+
+// ---- encoders that hold their value
+
 TEST(SampleHold, LearnsForHowLongAnEncoderHoldsItsValue) {
   const struct {
     const char* why;

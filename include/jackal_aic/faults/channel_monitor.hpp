@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Outlier bound, persistence of faults and held values of one channel. Nothing allocates.
+/// Outlier bound, persistence of faults, held values and missed motion of one channel. Nothing allocates.
 
 #include <algorithm>
 #include <array>
@@ -139,6 +139,35 @@ class SampleHold {
   double last_ = std::numeric_limits<double>::quiet_NaN();
   double last_move_ = 0.0;  // the last change, if it was too large for noise
   double held_ = 0.0;       // [s]
+};
+
+/// Finds a frozen source by the motion that it misses. Its value repeats while the interval of its prediction has moved
+/// by more than some steps of its resolution since the last change. The old interval follows the new one over seconds,
+/// because a slow drift belongs to the drive train.
+class MissedMotion {
+ public:
+  /// Number of changes, each within the patience, from which the patience is used. Before, the longest patience is
+  /// used.
+  static constexpr int kFewChanges = 10;
+
+  /// Takes a sample. @param repeats it equals the last one; @param low, high interval of the prediction; @param least
+  /// motion that must show; @param step time since the last sample [s]; @param hold usual hold of the source [s].
+  /// @returns true while a motion is missed for longer than the patience.
+  bool update(double value, bool repeats, double low, double high, double least, double step, double hold = 0.0);
+
+  /// Misses nothing so far. @param low, high as in update().
+  void restart(double low, double high) {
+    low_ = low;
+    high_ = high;
+    missed_ = 0.0;
+  }
+
+ private:
+  double low_ = 0.0, high_ = 0.0;  // where it was, since the value changed last
+  double missed_ = 0.0;            // [s]
+  double patience_ = 0.1;          // [s]; grows for a source that is renewed now and then
+  double unchanged_ = 0.0;         // for how long the value has been what it is [s]
+  int quick_changes_ = 0;          // within the patience, up to kFewChanges
 };
 
 }  // namespace jackal_aic

@@ -123,7 +123,8 @@ class WheelMonitor {
   void holdIntervals(double step);
   bool jumps(double measurement, double step) const;
   double errorOf(double measurement) const;
-  bool isFrozen(double measurement);
+  bool isFrozen(double measurement, double step);
+  double leastMissed(double measurement) const;
   double comesNearer(double before, double now) const;
   bool isAhead(double measurement) const;
   double slowest() const;
@@ -143,6 +144,7 @@ class WheelMonitor {
   faults::Repetition repetition_;
   double silence_ = 0.0;  // ln of the odds of the repetitions so far that the encoder is frozen
   double quantum_ = 0.0;  // resolution of the encoder; 0 before it is known [rad/s]
+  MissedMotion missed_motion_;
   SampleHold hold_;
   std::array<Intervals, 64> intervals_{};  // of the last samples, a ring
   std::size_t newest_ = 0;
