@@ -17,7 +17,8 @@ constexpr double kNow = 1700000000.123456789;
 
 SensorReading reading() {
   SensorReading reading{};
-  reading.observation = {kNow, kThird, -2.0 * kThird, 3.1, -0.0, 5e-324, 9.81 + kThird, {true, false, true, false}, true};
+  reading.observation = {kNow, kThird, -2.0 * kThird, 3.1, -0.0, 5e-324, 9.81 + kThird, {true, false, true, false},
+                         true};
   for (int i = 0; i < reading.sample.size(); ++i) reading.sample(i) = kThird * i;
   reading.may_repeat = true;
   return reading;
