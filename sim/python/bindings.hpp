@@ -49,8 +49,7 @@ PlantModel changed(const PlantModel& model, const py::dict& changes);
 /// The controller of a drive loop: one of Python unless it is None, else one of C++.
 std::unique_ptr<VelocityController> controllerOf(const DriveParameters& parameters, const py::object& own);
 
-/// Words of a loop's state.
-const char* wordOf(DriveStatus status);
+/// Word of a verdict on a sample.
 const char* wordOf(SampleVerdict verdict);
 
 /// The channels that count: of "left", "right", "gyro", "acceleration".

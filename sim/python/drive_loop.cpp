@@ -22,11 +22,6 @@ bool receive(DriveLoop& loop, const Observation& y, double now) {
 
 }  // namespace
 
-const char* wordOf(DriveStatus status) {
-  constexpr const char* kWords[] = {"idle", "driving", "stopped", "braking", "faulted"};
-  return kWords[static_cast<int>(status)];
-}
-
 void bindLoop(py::module& m) {
   py::class_<DriveLoop>(
       m, "DriveLoop",
@@ -99,7 +94,7 @@ motors_shared: another source may drive; say so by applied().)")
           py::arg("now"), py::arg("emergency_stop") = false, py::arg("robot_stopped") = false,
           py::arg("motors_off") = false, py::arg("driver_fault") = false, "Status of the robot from now on.")
       .def_property_readonly(
-          "status", [](const DriveLoop& d) { return wordOf(d.status().decision.status); },
+          "status", [](const DriveLoop& d) { return text(d.status().decision.status); },
           "'idle', 'driving', 'stopped', 'braking' or 'faulted'.")
       .def_property_readonly(
           "cause", [](const DriveLoop& d) { return text(d.status().decision.cause); },

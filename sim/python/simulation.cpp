@@ -203,7 +203,7 @@ class ClosedLoop {
     if (now == last_) return;
     last_ = now;
     const std::string why = reason(status);
-    recording_.events.emplace_back(time, wordOf(status.decision.status) + (why.empty() ? "" : ": " + why));
+    recording_.events.emplace_back(time, text(status.decision.status) + (why.empty() ? "" : ": " + why));
   }
 
   sim::JackalPlant& plant_;
@@ -350,7 +350,7 @@ simulate().)");
       .def(
           "__call__", [](std::mt19937_64& generator) { return generator(); }, "64 random bits.");
   py::tuple statuses(5);
-  for (int i = 0; i < 5; ++i) statuses[static_cast<py::size_t>(i)] = py::str(wordOf(static_cast<DriveStatus>(i)));
+  for (int i = 0; i < 5; ++i) statuses[static_cast<py::size_t>(i)] = py::str(text(static_cast<DriveStatus>(i)));
   m.attr("STATUSES") = statuses;
   m.attr("CAUSES") = wordsOf<StopCause>(kStopCauses);
   m.attr("FAULTS") = wordsOf<Fault>(kFaults);

@@ -20,6 +20,22 @@ DriveStatus statusAtRest(StopCause cause) {
 
 }  // namespace
 
+const char* text(DriveStatus status) {
+  switch (status) {
+    case DriveStatus::idle:
+      return "idle";
+    case DriveStatus::driving:
+      return "driving";
+    case DriveStatus::stopped:
+      return "stopped";
+    case DriveStatus::braking:
+      return "braking";
+    case DriveStatus::faulted:
+      return "faulted";
+  }
+  return "";
+}
+
 bool isLate(double age, double deadline) { return deadline > 0.0 && age != kNever && !(std::abs(age) <= deadline); }
 
 SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines) {

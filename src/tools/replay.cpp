@@ -243,7 +243,8 @@ class Replay {
     ControllerState state;
     fillState(loop_, ros::Time(now), state);
     addRemarks(loop_.status(), {}, "base_link", state);
-    const std::string said = statusName(state) + (state.reason.empty() ? "" : ": " + state.reason);
+    const std::string status = text(loop_.status().decision.status);
+    const std::string said = status + (state.reason.empty() ? "" : ": " + state.reason);
     if (said != said_) events_.push_back(fmt::format("{:12.3f} s  {}", now - first_, said));
     said_ = said;
     const auto then = comparison_.compare(state);
@@ -256,7 +257,7 @@ class Replay {
     ControllerState none;
     none.command_left = none.command_right = std::nan("");
     const ControllerState& recorded = then ? *then : none;
-    fmt::print(*table_, "{},{},{},{}\n", now, statusName(state), cell,
+    fmt::print(*table_, "{},{},{},{}\n", now, status, cell,
                fmt::join(std::vector<double>{state.set_point_forward, state.set_point_yaw_rate, state.measured_forward,
                                              state.measured_yaw_rate, order0(state.belief_forward),
                                              order0(state.belief_yaw_rate), state.free_energy, state.action_left,

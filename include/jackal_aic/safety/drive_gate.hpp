@@ -90,6 +90,9 @@ enum class DriveStatus {
   faulted   ///< at rest until the fault is gone and acknowledged: zero command
 };
 
+/// The status in a word: "driving".
+const char* text(DriveStatus status);
+
 /// Inputs of an action step.
 struct GateInputs {
   StopCauses causes;              ///< present causes

@@ -59,15 +59,11 @@ void take(const PredictiveController& controller, ControllerState& message) {
 std::string summary(const ControllerState& state) {
   constexpr std::array<const char*, 2> kStructures{"thesis", "predictive"};
   constexpr std::array<const char*, 3> kDrivers{"not driven", "driven by this controller", "driven by another node"};
-  return std::string(kStructures.at(state.structure)) + ", " + statusName(state) + ", " + kDrivers.at(state.driven_by);
+  const char* status = text(static_cast<DriveStatus>(state.status));
+  return std::string(kStructures.at(state.structure)) + ", " + status + ", " + kDrivers.at(state.driven_by);
 }
 
 }  // namespace
-
-const char* statusName(const ControllerState& state) {
-  constexpr std::array<const char*, 5> kStatuses{"idle", "driving", "stopped", "braking", "faulted"};
-  return kStatuses.at(state.status);
-}
 
 void fillState(const DriveLoop& loop, const ros::Time& stamp, ControllerState& message) {
   const DriveLoopStatus& status = loop.status();

@@ -34,9 +34,6 @@ struct Surroundings {
 void addRemarks(const DriveLoopStatus& status, const Surroundings& around, const std::string& frame,
                 ControllerState& message);
 
-/// The status in a word: "driving".
-const char* statusName(const ControllerState& state);
-
 /// Publishes state, measurement and belief of a drive loop.
 class StateOutput {
  public:
