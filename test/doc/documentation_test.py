@@ -6,16 +6,24 @@ Argument: whose commands run, "users" (README, tutorial, guides) or "others"; in
 tests are of "others".
 """
 
+import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
+import tempfile
+import time
 import unittest
 
 import rosunit
 import yaml
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(SOURCE / 'test/node'))
+
+from simulated_robot import bound_to_parent  # noqa: E402
+
 PAGES = [SOURCE / 'README.md', SOURCE / 'CONTRIBUTING.md', *sorted((SOURCE / 'doc').rglob('*.md'))]
 OF_USERS = [page for page in PAGES if page.stem in ('README', 'getting_started') or page.parent.name == 'guides']
 
@@ -146,12 +154,47 @@ class Messages(unittest.TestCase):
             self.assertTrue(of_no_call or text in logged or text.split('…')[0] in logged, text)
 
 
+def processes(word):
+    """Ids of the processes with a word in their command."""
+    found = set()
+    for path in pathlib.Path('/proc').glob('[0-9]*/cmdline'):
+        try:
+            if word in path.read_bytes().decode(errors='replace'):
+                found.add(int(path.parent.name))
+        except OSError:
+            pass  # it has ended
+    return found
+
+
 class Commands(unittest.TestCase):
     """Of a page, in their order."""
 
 
+class KilledCommands(unittest.TestCase):
+
+    def wait(self, condition):
+        end = time.monotonic() + 60.0
+        while not condition() and time.monotonic() < end:
+            time.sleep(0.1)
+        self.assertTrue(condition())
+
+    def test_end_with_the_program_that_runs_them(self):
+        with tempfile.TemporaryDirectory() as directory:
+            launch, page = (pathlib.Path(directory, name) for name in ('one.launch', 'page.md'))
+            launch.write_text(f'<launch><node name="one" pkg="rosbag" type="record" args="-O {directory}/node /one"/></launch>')
+            page.write_text(f'    roslaunch {launch}\n    rosbag record -O {directory}/command /one\n')
+            with subprocess.Popen([sys.executable, str(SOURCE / 'test/doc/run_commands'), str(SOURCE), str(page)]) as program:
+                self.wait(lambda: processes(directory + '/node') and processes(directory + '/command'))
+                program.kill()
+            try:
+                self.wait(lambda: not processes(directory))
+            finally:
+                for process in processes(directory):
+                    os.kill(process, signal.SIGINT)
+
+
 def add_page(page):
-    command = [sys.executable, str(SOURCE / 'test/doc/run_commands'), str(SOURCE), str(page)]
+    command = bound_to_parent([sys.executable, str(SOURCE / 'test/doc/run_commands'), str(SOURCE), str(page)], 'INT')
     setattr(Commands, 'test_' + page.stem, lambda self: self.assertEqual(subprocess.call(command), 0))
 
 

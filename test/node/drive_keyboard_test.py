@@ -13,7 +13,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Twist
 
-from simulated_robot import Log
+from simulated_robot import Log, bound_to_parent
 
 
 class DriveKeyboard(unittest.TestCase):
@@ -21,8 +21,8 @@ class DriveKeyboard(unittest.TestCase):
     def setUp(self):
         self.heard = Log('jackal_AIC/set_point', Twist)
         self.master, self.terminal = pty.openpty()
-        self.process = subprocess.Popen(['rosrun', 'jackal_aic', 'drive_keyboard'], stdin=self.terminal, stdout=self.terminal,
-                                        stderr=self.terminal, preexec_fn=os.setsid)
+        self.process = subprocess.Popen(bound_to_parent(['rosrun', 'jackal_aic', 'drive_keyboard']), stdin=self.terminal,
+                                        stdout=self.terminal, stderr=self.terminal, start_new_session=True)
         os.set_blocking(self.master, False)
         self.wait(lambda: not self.cooked() and self.heard.publishers > 0)
 

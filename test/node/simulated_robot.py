@@ -54,6 +54,11 @@ def configure(name, *files):
         subprocess.check_call(['rosparam', 'load', str(SOURCE / 'config' / (file + '.yaml')), '/' + name])
 
 
+def bound_to_parent(command, number='KILL'):
+    """The command, which gets a signal when its parent dies, even if killed: INT for what ends others itself, as roslaunch does."""
+    return ['setpriv', '--pdeathsig', number, *command]
+
+
 class Relay:
     """Hands on the messages of a topic, changed by `alter`, which may swallow them by None."""
 
@@ -72,8 +77,8 @@ class Process:
 
     def __init__(self, name, executable='controller_node', *arguments):
         self.log = tempfile.NamedTemporaryFile('w+')
-        self.process = subprocess.Popen(['rosrun', 'jackal_aic', executable, '__name:=' + name, *arguments], stderr=self.log,
-                                        stdin=subprocess.PIPE, universal_newlines=True)
+        self.process = subprocess.Popen(bound_to_parent(['rosrun', 'jackal_aic', executable, '__name:=' + name, *arguments]),
+                                        stderr=self.log, stdin=subprocess.PIPE, universal_newlines=True)
 
     def __enter__(self):
         return self
@@ -100,7 +105,8 @@ class Process:
 @contextlib.contextmanager
 def command(text):
     """A shell command that runs meanwhile."""
-    process = subprocess.Popen(['bash', '-c', 'exec ' + text], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=os.setsid)
+    process = subprocess.Popen(bound_to_parent(['bash', '-c', 'exec ' + text]), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                               start_new_session=True)
     yield process
     os.killpg(process.pid, signal.SIGTERM)
     process.wait()
