@@ -39,6 +39,7 @@ TEST(SpectralRadius, IsThatOfASearchWithinItsUncertainty) {
     if (i % 2 == 0) map.bottomRows(size / 2).setZero();
     if (i % 2 == 0 && size > 3) map.diagonal(-1).tail(size / 2).setOnes();  // a chain of delays
     if (i % 3 == 0) map = map * Eigen::VectorXd::LinSpaced(size, 1e-4, 1e4).asDiagonal();
+    if (i % 5 < 2) map = map.unaryExpr([&](double x) { return normal(random) < 0.0 ? 1e-161 * x : x; });
     const SpectralRadius radius = spectralRadiusOf(map);
     ASSERT_NEAR(spectralRadius(map), radius.value, 2.0 * radius.uncertainty) << size;
     ASSERT_LE(radius.uncertainty, 1e-9 * radius.value) << size;
