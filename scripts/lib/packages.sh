@@ -42,24 +42,21 @@ missing_packages() {
     <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null | sed -n 's/^installed //p' | sort -u)
 }
 
-# Installed packages are neither upgraded nor removed.
-readonly APT_INSTALL=(install --no-install-recommends --no-upgrade --no-remove)
+# Nothing is removed. A package is upgraded only if a new one needs that, as after a security update.
+readonly APT_INSTALL=(install --no-install-recommends --no-remove)
 
 # install_packages PACKAGE...: installs what is missing; silent, and without a network, when nothing is. apt asks once on a terminal.
 # --yes and a shell without a terminal go ahead.
 install_packages() {
-  local root=() upgraded
+  local root=()
   mapfile -t missing < <(missing_packages "$@")
   ((${#missing[@]} > 0)) || return 0
   if ((EUID != 0)); then
     command -v sudo >/dev/null || fail "cannot become root to install: as root, run: apt-get ${APT_INSTALL[*]} ${missing[*]}"
     root=(sudo)
   fi
-  say "Installing with apt-get (nothing is upgraded or removed): ${missing[*]}"
+  say "Installing with apt-get (nothing is removed): ${missing[*]}"
   ${root[@]+"${root[@]}"} apt-get -q -o DPkg::Lock::Timeout=300 update
-  # --no-upgrade spares only the packages that apt is given, not what these need.
-  upgraded=$(LC_ALL=C apt-get --simulate "${APT_INSTALL[@]}" "${missing[@]}" | sed -nE 's/^Inst ([^ ]+) \[.*/\1/p' | sort -u | paste -sd ' ')
-  [[ -z $upgraded ]] || fail "newer versions of installed packages are needed. Run: apt-get install --only-upgrade $upgraded"
   # shellcheck disable=SC2154 # workspace.sh sets assume_yes
   # Without a person at the terminal no package may ask either.
   if [[ $assume_yes == true || ! -t 0 || ! -t 1 ]]; then missing+=(-y) && export DEBIAN_FRONTEND=noninteractive; fi

@@ -33,7 +33,7 @@ other_option() {
   (($# > 0)) || return 0
   [[ $1 == --help || $1 == -h ]] || fail "unknown option $1 (see --help)"
   sed -n '2,/^$/s/^# \{0,1\}//p' "$0"
-  say "Installs missing packages with apt first, and asks once on a terminal (--yes: never); it upgrades and removes nothing."
+  say "Installs missing packages with apt first, and asks once on a terminal (--yes: never); it removes nothing."
   exit 0
 }
 
