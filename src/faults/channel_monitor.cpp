@@ -59,9 +59,8 @@ bool MissedMotion::update(double value, bool repeats, double low, double high, d
   if (!repeats) {
     patience_ = std::min(std::max(patience_, 2.0 * missed_), kLongest);
     if (unchanged_ < patience_ + thresholds::kRounding) quick_changes_ = std::min(quick_changes_ + 1, kFewChanges);
-    unchanged_ = missed_ = 0.0;
-    low_ = low;
-    high_ = high;
+    unchanged_ = 0.0;
+    restart(low, high);
     return false;
   }
   const double wait = (quick_changes_ < kFewChanges ? kLongest : patience_) + 2.0 * hold;

@@ -112,8 +112,7 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       change_(kMemory),
       persistence_(parameters.persistence()),
       bound_(chebyshevBound(1, parameters.false_alarm_rate)),
-      motors_(model.acceleration_limit / wheel_radius),
-      least_progress_(0.5 * parameters.slowest_acceleration * motors_) {}
+      motors_(model.acceleration_limit / wheel_radius) {}
 
 void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
   *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_));
@@ -144,6 +143,12 @@ double WheelMonitor::steadyMisfit(double speed) const {
                      : kAssumedGain * std::abs(speed) + kAssumedOffset;
 }
 
+/// Speeds of any drive train in the range, with its steady-state error.
+Range WheelMonitor::steady() const {
+  const auto [low, high] = held_.reachable;
+  return {low - steadyMisfit(low), high + steadyMisfit(high)};
+}
+
 void WheelMonitor::begin(double speed) {
   held_ = {{speed, speed}, {speed, speed}, clock_ - kUnknownAge};
   intervals_.fill(held_);
@@ -171,10 +176,10 @@ double WheelMonitor::resolutionVariance() const { return quantum_ * quantum_ / 1
 
 /// Possible speeds: the belief plus the distance of the slowest and the fastest drive train from the model. Where
 /// stiction may hold the wheel, rest is possible too.
-WheelMonitor::Interval WheelMonitor::possible() const {
+Range WheelMonitor::possible() const {
   const double slowest = reachable_.low(), fastest = reachable_.high();
   const double offset = belief_.speed() - reachable_.nominal();
-  Interval possible{slowest + offset, fastest + offset};
+  Range possible{slowest + offset, fastest + offset};
   if (slowest > kStiction || fastest < -kStiction) return possible;
   possible.low = std::min({possible.low, slowest, 0.0});
   possible.high = std::max({possible.high, fastest, 0.0});
@@ -205,7 +210,7 @@ faults::Normal WheelMonitor::turns(bool measured) const {
   // The belief, which has less noise, moved to within the deviation of the measurement. Held values and values outside
   // the reachable interval are uncertain.
   const double variance = parameters_.wheel_variance + resolutionVariance(), deviation = std::sqrt(variance);
-  const auto beyond = [](double error, double most) { return error - std::clamp(error, -most, most); };
+  const auto beyond = [](double error, double most) { return Range{-most, most}.outside(error); };
   const double off = beyond(measured_ - belief_.speed(), deviation), held = hold_.held() > 0.0 ? off : 0.0;
   const double doubt = kDoubtful * beyond(error_, thresholds::kSure * deviation);
   return {belief_.speed() + off, variance + square(held) + square(doubt)};
@@ -225,24 +230,18 @@ bool WheelMonitor::jumps(double measurement, double step) const {
   const double noise =
       thresholds::kSure * std::sqrt(2.0 * (learned_.factor() * parameters_.wheel_variance + resolutionVariance()));
   const double change = measurement - measured_, commanded = reachable_.commanded();
-  const bool impossible = change > samples * (rise_ + by_load) + noise || change < samples * (fall_ - by_load) - noise;
+  const Range possible{samples * (fall_ - by_load) - noise, samples * (rise_ + by_load) + noise};
   const Range known{std::min(reachable_.low(), commanded), std::max(reachable_.high(), commanded)};
   const double doubt = known.high - known.low + kAssumedGain * std::abs(belief_.speed());
-  return impossible && std::abs(known.outside(measurement)) > doubt;
+  return possible.outside(change) != 0.0 && std::abs(known.outside(measurement)) > doubt;
 }
 
 /// Distance from what is possible; of a wheel that jumped, from the belief, because no uncertain model explains that.
 double WheelMonitor::errorOf(double measurement) const {
-  if (jumped_) return measurement - belief_.speed();
-  const auto outside = [measurement](const Interval& i) {
-    return measurement - std::clamp(measurement, i.low, i.high);
-  };
-  const double usual = usualMisfit();
-  const auto [slowest, fastest] = held_.possible;
-  const double error = outside({slowest - usual, fastest + usual});
+  if (jumped_) return beyondUsual(measurement, {belief_.speed(), belief_.speed()});
+  const double error = beyondUsual(measurement, held_.possible);
   if (identified_) return error;
-  const auto [low, high] = held_.reachable;
-  const double assumed = outside({low - steadyMisfit(low), high + steadyMisfit(high)});
+  const double assumed = steady().outside(measurement);
   return std::abs(assumed) < std::abs(error) ? assumed : error;
 }
 
@@ -250,7 +249,10 @@ void WheelMonitor::compare(double measurement, double step) {
   const double since_renewed = hold_.held() + step;
   hold_.update(measurement, std::max(kHeldSteps * quantum_, kHeldMotion), step);
   holdIntervals(step);
-  jumped_ = jumped_ || jumps(measurement, step);
+  if (jumps(measurement, step)) {
+    jumped_ = true;
+    misfit_ = 0.0;  // what was learned before does not explain it
+  }
   rise_ = fall_ = 0.0;
   error_ = errorOf(measurement);
   distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
@@ -262,7 +264,8 @@ void WheelMonitor::compare(double measurement, double step) {
   suspect_ = distance_ > 1.0 || frozen_ || behind_for_long;
   countSpikes(step);
   waits_ = measurement == measured_ && hold_.held() <= hold_.longest();
-  const double least = hold_.longest() > 0.0 ? std::min(least_progress_, kSlowestRamp) : least_progress_;
+  const double progress = 0.5 * parameters_.slowest_acceleration * motors_;
+  const double least = hold_.longest() > 0.0 ? std::min(progress, kSlowestRamp) : progress;
   const bool follows = waits_ ? recovering_ : comesNearer(measured_, measurement) > least * since_renewed;
   recovering_ = follows || isAhead(measurement);
   measured_ = measurement;
@@ -324,9 +327,9 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   // A wheel that sticks at a small command misses no motion until it has to turn.
   const bool may_stand =
       std::abs(measurement) < thresholds::kRest && std::max(std::abs(low), std::abs(high)) < kStiction;
-  const bool missed = missed_motion_.update(measurement, repeats, low, high, least, step, hold_.longest());
   if (may_stand) missed_motion_.restart(low, high);
-  return parameters_.frozen_samples > 0 && (silent || (missed && !may_stand));
+  const bool missed = missed_motion_.update(measurement, repeats, low, high, least, step, hold_.longest());
+  return parameters_.frozen_samples > 0 && (silent || missed);
 }
 
 /// Motion that a working encoder must show [rad/s].
@@ -375,20 +378,22 @@ void WheelMonitor::conclude(double measurement, const SampleStep& step) {
   if (width < thresholds::kSure * deviation) learned_.learn(measurement - belief_.speed(), variance, step.share);
   // A wide interval of possible speeds makes the measurement less informative about the drive train, and so does one
   // that no drive train in the range reaches: it would be taken for a disturbance.
-  const auto [low, high] = held_.reachable;
-  const Range steady{low - steadyMisfit(low), high + steadyMisfit(high)};
-  belief_.correct(measurement, square(width) + square(kDoubtful * steady.outside(measurement)));
+  belief_.correct(measurement, square(width) + square(kDoubtful * beyondUsual(measurement, steady())));
   last_speed_ = belief_.speed();
 }
 
-double WheelMonitor::usualMisfit() const { return std::max(0.0, thresholds::kSure * std::sqrt(misfit_) - kAnyMisfit); }
+/// Distance of a measurement from speeds, beyond the usual misfit.
+double WheelMonitor::beyondUsual(double measurement, const Range& speeds) const {
+  const double usual = std::max(0.0, thresholds::kSure * std::sqrt(misfit_) - kAnyMisfit);
+  return Range{speeds.low - usual, speeds.high + usual}.outside(measurement);
+}
 
 /// Mean square distance of a moving wheel from the reachable interval, without noise. A wheel at rest is not used.
 void WheelMonitor::learnMisfit(double measurement, double variance, double step) {
   if (std::abs(measurement) < thresholds::kMoving) return;
   const auto [low, high] = held_.reachable;
   const double noise = thresholds::kSure * std::sqrt(variance);
-  const double misfit = measurement - std::clamp(measurement, low - noise, high + noise);
+  const double misfit = Range{low - noise, high + noise}.outside(measurement);
   average(misfit_, misfit * misfit, step, thresholds::kSensorMemory);
 }
 

@@ -146,6 +146,24 @@ TEST(FaultMonitor, AWheelThatIsSlowedDownAndTurnsOnIsNotBlocked) {
   EXPECT_STREQ(alone.drive(kStraight, 6, slowedTo(0.6, false)).reason(), kBlocked);
 }
 
+/// A load may slow a wheel at once, and for long.
+TEST(FaultMonitor, AWheelThatALoadSlowsDownAtOnceIsBelievedAgain) {
+  for (const PlantModel& told : {model(), assumedModel()}) {
+    Robot robot({}, told);
+    robot.drive(kStraight, 3 * kSecond);
+    const auto slows = [](Observation& y) {
+      const double off = -0.45 * y.wheel_right;
+      y.wheel_right += off, y.yaw_rate += kPerWheel * off;
+    };
+    EXPECT_FALSE(robot.drive(kStraight, 20 * kSecond, slows).faulty()) << told.identified;
+    const FaultReport& later = robot.drive(kStraight, kSecond, [&](Observation& y) {
+      slows(y);
+      y.yaw_rate += 1.0;
+    });
+    EXPECT_EQ(later.fault(), Fault::gyro_disagrees) << told.identified << ": the wheels judge the gyro again";
+  }
+}
+
 TEST(FaultMonitor, WheelsThatAreToStandAndTurnAreMoved) {
   for (double yaw_rate : {0.0, 1.5, -0.7}) {  // pushed straight, turned with the wheels on the ground, spun in the air
     Robot robot;

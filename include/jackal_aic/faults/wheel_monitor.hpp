@@ -86,8 +86,8 @@ class WheelMonitor {
   /// The same [rad/s]. For a wheel whose belief has drifted away from its commands: the speed of the slowest drive
   /// train.
   double speedAskedFor() const;
-  double longestHold() const { return hold_.longest(); }  ///< for which the encoder holds its value [s]
-  Range reachable() const { return {held_.reachable.low, held_.reachable.high}; }  ///< by its commands [rad/s]
+  double longestHold() const { return hold_.longest(); }   ///< for which the encoder holds its value [s]
+  Range reachable() const { return held_.reachable; }      ///< by its commands [rad/s]
   double nominal() const { return reachable_.nominal(); }  ///< speed of the model, by its commands alone [rad/s]
 
   /// Declares the encoder faulty because gyro and commands contradict it.
@@ -101,16 +101,11 @@ class WheelMonitor {
   faults::Normal turns(bool measured) const;
 
  private:
-  struct Interval {
-    double low, high;
-  };
-  static Interval hull(const Interval& a, const Interval& b) {
-    return {std::min(a.low, b.low), std::max(a.high, b.high)};
-  }
+  static Range hull(const Range& a, const Range& b) { return {std::min(a.low, b.low), std::max(a.high, b.high)}; }
   /// Intervals of a sample.
   struct Intervals {
-    Interval possible;
-    Interval reachable;
+    Range possible;
+    Range reachable;
     double time;  // of the sample, by clock_ [s]
   };
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
@@ -119,7 +114,8 @@ class WheelMonitor {
   double speedVariance() const;
   double resolutionVariance() const;
   double variance() const;
-  Interval possible() const;
+  Range possible() const;
+  Range steady() const;
   void holdIntervals(double step);
   bool jumps(double measurement, double step) const;
   double errorOf(double measurement) const;
@@ -131,7 +127,7 @@ class WheelMonitor {
   void countSpikes(double step);
   bool isBehind(double measurement) const;
   void learnMisfit(double measurement, double variance, double step);
-  double usualMisfit() const;
+  double beyondUsual(double measurement, const Range& speeds) const;
   double steadyMisfit(double speed) const;
 
   FaultParameters parameters_;
@@ -167,7 +163,6 @@ class WheelMonitor {
   double rise_ = 0.0, fall_ = 0.0;  // change since the last sample by any drive train [rad/s]
   bool jumped_ = false;             // away from its belief, and not back yet
   double motors_;                   // acceleration limit of the model [rad/s^2]
-  double least_progress_;           // of a wheel that follows its command [rad/s^2]
 };
 
 }  // namespace jackal_aic
