@@ -306,21 +306,15 @@ bool WheelMonitor::isAhead(double measurement) const {
 double WheelMonitor::comesNearer(double before, double now) const { return error_ < 0.0 ? now - before : before - now; }
 
 bool WheelMonitor::isFrozen(double measurement, double step) {
-  // Repetitions of a wheel at rest carry no information.
+  // That a wheel at rest repeats its value says nothing.
   const bool may_rest = std::abs(measurement) < thresholds::kMoving;
   // While the speed changes, alternating changes are motion and not noise.
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
   const bool repeats = repetition_.repeats(measurement);
   constexpr auto kKind = faults::Repetition::moving;  // noise at rest is that of a wheel that turns
-  if (repeats && may_rest) {
-    silence_ = 0.0;
-    repetition_.pass(measurement);
-  } else {
-    silence_ = repeats ? silence_ - repetition_.logChance(measurement, kKind) : 0.0;
-    const double healthy = faults::probabilityOf(kSilent - silence_);
-    repetition_.update(measurement, explained, kKind, healthy);
-  }
+  silence_ = repeats && !may_rest ? silence_ - repetition_.logChance(measurement, kKind) : 0.0;
+  repetition_.update(measurement, explained, kKind, faults::probabilityOf(kSilent - silence_), may_rest);
   const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;
   quantum_ = std::min(repetition_.resolution(), kCoarsestStep);
   const double low = reachable_.low(), high = reachable_.high(), least = repeats ? leastMissed(measurement) : 0.0;
@@ -346,7 +340,7 @@ bool WheelMonitor::commandedToRest() const {
 
 void WheelMonitor::freezeWithTheOther() {
   const int samples = parameters_.frozen_samples;
-  if (samples > 0 && repetition_.run() >= samples) frozen_ = suspect_ = true;
+  if (samples > 0 && silence_ > 0.0 && repetition_.run() >= samples) frozen_ = suspect_ = true;
 }
 
 bool WheelMonitor::fasterThanCommanded() const {

@@ -164,6 +164,23 @@ TEST(FaultMonitor, AWheelThatALoadSlowsDownAtOnceIsBelievedAgain) {
   }
 }
 
+/// At rest its noise shows in few samples; in the middle of a step it repeats for long.
+TEST(FaultMonitor, ACoarseEncoderThatFlickersAtRestIsNotFrozen) {
+  constexpr double kStep = 0.06;
+  const auto coarse = [](Observation& y) {
+    for (double* wheel : {&y.wheel_left, &y.wheel_right}) *wheel = kStep * std::round(*wheel / kStep);
+  };
+  for (double noise : {0.4, 0.7, 1.0}) {
+    Robot robot;
+    robot.noise = noise;
+    robot.drive(kStand, 10 * kSecond, coarse);
+    for (int k = 0; k < 60 * kSecond; ++k) {
+      const FaultReport& report = robot.drive({50 * kStep, 50 * kStep}, 1, coarse);
+      ASSERT_FALSE(report.faulty()) << noise << " after " << k * kPeriod << " s: " << report.reason();
+    }
+  }
+}
+
 TEST(FaultMonitor, WheelsThatAreToStandAndTurnAreMoved) {
   for (double yaw_rate : {0.0, 1.5, -0.7}) {  // pushed straight, turned with the wheels on the ground, spun in the air
     Robot robot;

@@ -63,12 +63,13 @@ class Repetition {
   }
 
   /// Learns. @param explained change that the motion explains: noise goes to and fro by more; @param healthy
-  /// probability that the sample was healthy. A run enters the counts when it ends, so that none makes itself usual.
-  void update(double value, double explained, Kind kind, double healthy) {
+  /// probability that the sample was healthy; @param stands nothing may move: then only a run that noise ends counts.
+  /// A run enters the counts when it ends, so that none makes itself usual.
+  void update(double value, double explained, Kind kind, double healthy, bool stands = false) {
     const double change = any_ ? value - last_ : 0.0;
     Count& count = counts_[kind][bucket()];
     if (any_ && std::abs(change) < kSmallest) {
-      count.running += 1.0;
+      (stands ? count.standing : count.running) += 1.0;
       ++run_;
     } else if (any_) {
       const bool noisy = change * change_ < 0.0 && std::abs(change) > 2.0 * explained;
@@ -78,7 +79,10 @@ class Repetition {
       }
       if (kind == under_way || noisy) count.changes += (kind == under_way ? 1.0 : 1.5) * healthy;
       for (auto& counts : counts_)
-        for (Count& each : counts) each.repeats += healthy * std::exchange(each.running, 0.0);
+        for (Count& each : counts) {
+          each.repeats += healthy * (std::exchange(each.running, 0.0) + (noisy ? each.standing : 0.0));
+          each.standing = 0.0;
+        }
       change_ = change;
       run_ = 0;
       all_ = std::min(all_ + 1.0, kMemory);
@@ -107,7 +111,7 @@ class Repetition {
   static constexpr double kTiny = 1e-20;
 
   struct Count {
-    double repeats = 0.0, changes = 0.0, running = 0.0;
+    double repeats = 0.0, changes = 0.0, running = 0.0, standing = 0.0;
     double chance(double beforehand, double weight) const {
       return (repeats + weight * beforehand) / (repeats + changes + weight);
     }
