@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
@@ -36,7 +37,7 @@ void MeasurementWatch::judge(Observation& observation, const SensorHealth& healt
   // With a stamp that is not finite no time passes.
   const double step = std::min(std::max(0.0, observation.stamp - stamp_), kLongestPeriod);
   stamp_ = observation.stamp;
-  excludeImpossible(observation, step);
+  const ChannelValidity possible = excludeImpossible(observation, step);
   if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;
   if (health.wheels.lost()) observation.valid.wheel_left = observation.valid.wheel_right = false;
   imu_at_rest_.calibrate(observation, step);
@@ -45,6 +46,7 @@ void MeasurementWatch::judge(Observation& observation, const SensorHealth& healt
     observation.valid = observation.valid & monitor_->check(observation).valid();
     if (fault() != before && monitor_->report().faulty()) ++detected_;
   }
+  observation.valid = observation.valid & possible;
   observation.valid.acceleration = observation.valid.acceleration && imu_at_rest_.accelerometerCounts(observation);
   wheels_repeating_ = wheelsRepeat() ? wheels_repeating_ + step : 0.0;
   const bool sees = seesTheMotion(observation.valid);
@@ -54,7 +56,9 @@ void MeasurementWatch::judge(Observation& observation, const SensorHealth& healt
   started_ = true;
 }
 
-void MeasurementWatch::excludeImpossible(Observation& observation, double step) {
+/// The channels with possible values. The monitor judges an encoder that reads too much, too: as one that reads the
+/// bound.
+ChannelValidity MeasurementWatch::excludeImpossible(Observation& observation, double step) {
   const auto within = [](double value, double bound) { return std::abs(value) <= bound; };
   ChannelValidity possible;
   possible.wheel_left = within(observation.wheel_left, parameters_.largest_wheel_speed);
@@ -63,12 +67,18 @@ void MeasurementWatch::excludeImpossible(Observation& observation, double step) 
   possible.acceleration = within(observation.acceleration_x, kLargestAcceleration) &&
                           within(observation.acceleration_y, kLargestAcceleration) &&
                           within(observation.acceleration_z.value_or(0.0), kLargestAcceleration);
-  observation.valid = observation.valid & possible;
   // A single outlier is not a loss: the monitor decides within some samples.
   const auto count = [step](bool valid, double& excluded) { excluded = valid ? 0.0 : excluded + step; };
-  count(observation.valid.yaw_rate, excluded_.yaw_rate);
-  count(observation.valid.wheel_left, excluded_.wheel_left);
-  count(observation.valid.wheel_right, excluded_.wheel_right);
+  count(observation.valid.yaw_rate && possible.yaw_rate, excluded_.yaw_rate);
+  count(observation.valid.wheel_left && possible.wheel_left, excluded_.wheel_left);
+  count(observation.valid.wheel_right && possible.wheel_right, excluded_.wheel_right);
+  ChannelValidity judged = possible;
+  judged.wheel_left = !std::isnan(observation.wheel_left);
+  judged.wheel_right = !std::isnan(observation.wheel_right);
+  observation.valid = observation.valid & judged;
+  observation.wheel_left = limited(observation.wheel_left, parameters_.largest_wheel_speed);
+  observation.wheel_right = limited(observation.wheel_right, parameters_.largest_wheel_speed);
+  return possible;
 }
 
 StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool at_rest) {

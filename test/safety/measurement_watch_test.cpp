@@ -149,12 +149,12 @@ TEST(MeasurementWatch, ImpossibleReadingsForTheirDeadlineAreALoss) {
   }
 }
 
-/// A sample with one channel that counts, in turn: no channel is missing for long.
+/// A sample with one channel, in turn: none is missing for long.
 Observation ofOneChannel(int i) {
   Observation sample = sampleAt(1.0 + 0.02 * i);
-  if (i % 3 != 0) sample.wheel_left = 200.0;
-  if (i % 3 != 1) sample.wheel_right = 200.0;
-  if (i % 3 != 2) sample.yaw_rate = 1e3;
+  sample.valid.wheel_left = i % 3 == 0;
+  sample.valid.wheel_right = i % 3 == 1;
+  sample.valid.yaw_rate = i % 3 == 2;
   return sample;
 }
 

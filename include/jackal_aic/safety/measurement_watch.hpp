@@ -92,7 +92,7 @@ class MeasurementWatch {
   void resetReturnedSources(const SensorHealth& health);
   bool tooFewCount() const;   // although both sources send
   bool wheelsRepeat() const;  // both encoders at once: the source, on which its own deadline decides
-  void excludeImpossible(Observation& observation, double step);
+  ChannelValidity excludeImpossible(Observation& observation, double step);
   ChannelValidity remaining(const SensorHealth& health) const;
 
   MeasurementWatchParameters parameters_;
