@@ -37,6 +37,7 @@ constexpr double kLeastGainChange = 0.03;  // least relevant change of gamma
 constexpr double kLargestDoubt = 0.008;    // s; largest standard deviation of an adopted dead time
 constexpr double kShortestLag = 0.002;     // s; below it the speed does not depend on the lag
 constexpr double kBoundPrecision = 1e9;    // precision of a parameter at its bound
+constexpr double kLeastLimit = 0.5;        // least learned acceleration limit / assumed one
 constexpr double kTrialRatio = 2.0;        // tried acceleration / followed acceleration
 constexpr double kRamp = 0.1 / DriveTrainFit::kStep;  // steps over which a followed acceleration is measured
 constexpr double kFollowedShare = 0.9;                // least lambda of motors that follow
@@ -63,7 +64,7 @@ DriveTrainLearning::DriveTrainLearning(const PlantModel& model, double wheel_rad
     : wheel_radius_(wheel_radius),
       wheel_variance_(wheel_variance),
       identified_(model.identified),
-      least_limit_(model.acceleration_limit),
+      least_limit_(model.identified ? model.acceleration_limit : kLeastLimit * model.acceleration_limit),
       fit_(model, wheel_radius) {
   setTiming({model.dead_time, model.lag, model.acceleration_limit});
 }

@@ -9,17 +9,11 @@ namespace jackal_aic {
 
 WheelController::WheelController(const PredictiveParameters& parameters, const PlantModel& model, double wheel_radius)
     : configured_gain_(model.gain),
-      assumed_limit_(model.identified ? 0.0 : model.acceleration_limit / kAskedShare),
       gain_(model.gain),
       dead_zone_(model),
       learning_rate_(parameters.action_learning_rate),
-      belief_(believed(model), wheel_radius, wheelBeliefParameters(parameters)),
+      belief_(model, wheel_radius, wheelBeliefParameters(parameters)),
       path_(model, wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate) {}
-
-PlantModel WheelController::believed(PlantModel driven) const {
-  driven.acceleration_limit = std::max(driven.acceleration_limit, assumed_limit_);
-  return driven;
-}
 
 void WheelController::act(double input) {
   path_.take(input);
@@ -63,7 +57,7 @@ void WheelController::restart(double measured) {
 
 void WheelController::setDriveTrain(const PlantModel& model, double wheel_radius) {
   gain_ = model.gain;
-  belief_.setDriveTrain(believed(model), wheel_radius);
+  belief_.setDriveTrain(model, wheel_radius);
   path_.setDriveTrain(model);
 }
 

@@ -45,18 +45,12 @@ inline GeometryParameters geometryOf(const PlantModel& model, GeometryParameters
   return geometry;
 }
 
-/// Initial share of the assumed acceleration limit for a robot without identification, until its wheels have followed.
-/// A command beyond the motors' limit winds up.
-inline constexpr double kAskedShare = 0.5;
-
-/// The model to drive a robot with: its own if it was identified, else the middle of the possible robots with the
-/// initial acceleration limit. Dead time, lag and gain minimise the largest spectral radius over robots of half to
-/// twice the assumed dead time and lag and a gain of 0.8 to 1.2. It is 0.970 with the shipped gains, 0.985 with the
-/// assumed values, and above 1 with 1.5 times their dead time and lag. The fault detection uses wider ranges
-/// (robot_range.hpp).
+/// The model to drive a robot with: its own if it was identified, else the middle of the possible robots. Dead time,
+/// lag and gain minimise the largest spectral radius over robots of half to twice the assumed dead time and lag and a
+/// gain of 0.8 to 1.2. It is 0.970 with the shipped gains, 0.985 with the assumed values, and above 1 with 1.5 times
+/// their dead time and lag. The fault detection uses wider ranges (robot_range.hpp).
 inline PlantModel drivenModel(PlantModel model) {
   if (model.identified) return model;
-  model.acceleration_limit *= kAskedShare;
   model.dead_time *= 1.2;
   model.lag *= 1.2;
   model.gain *= 1.1;

@@ -21,7 +21,7 @@
 ///
 /// The acceleration limit of a robot without identification opens, in the middle of an acceleration too: twice the
 /// acceleration that the wheels followed is tried next, up to the first that the motors could not follow (lambda < 1).
-/// It does not fall below the configured limit.
+/// It does not fall below half of the configured limit.
 
 #include <array>
 #include <cmath>
@@ -156,7 +156,7 @@ class DriveTrainLearning {
   double wheel_radius_;
   double wheel_variance_;
   bool identified_;
-  double least_limit_;  // configured or restored [m/s^2]
+  double least_limit_;  // that is learned [m/s^2]
   DriveTrainTiming timing_;
   double largest_limit_ = kLongestTiming.acceleration_limit;  // that the motors may follow [m/s^2]
   double expected_log_lag_ = 0.0;                             // ln T of the configured or restored timing

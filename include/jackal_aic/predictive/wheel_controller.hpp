@@ -76,12 +76,7 @@ class WheelController {
  private:
   void drive(double applied, double effective);
 
-  /// The model for the belief: without the initial acceleration limit, which is not a limit of the motor. With it the
-  /// belief would take the slow ramp of a weaker motor for the limit, and never learn how weak the motor is.
-  PlantModel believed(PlantModel driven) const;
-
   double configured_gain_;  // about which commands are bounded
-  double assumed_limit_;    // acceleration limit of the motor before identification; 0: identified [m/s^2]
   double gain_;             // wheel speed / effective command
   DeadZone dead_zone_;      // of the motors
   double learning_rate_;    // kappa_a

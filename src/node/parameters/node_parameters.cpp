@@ -177,11 +177,7 @@ std::string describeRobot(const NodeParameters& parameters) {
       parameters.robot_name.empty() ? "robot without a name" : shortened(parameters.robot_name),
       model.on_box ? ", wheels in the air" : "", model.identified ? "" : "assumed ", model.dead_time, model.lag,
       model.gain, model.offset, model.acceleration_limit);
-  if (!model.identified) {
-    text += fmt::format(
-        ". Assumed plant model: acceleration limited to {:g} m/s^2, fault thresholds relaxed. Run identify.launch",
-        drivenModel(model).acceleration_limit);
-  }
+  if (!model.identified) text += ". Assumed plant model: fault thresholds relaxed. Run identify.launch";
   return text;
 }
 
