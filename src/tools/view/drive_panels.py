@@ -1,6 +1,5 @@
-"""The panels of a drive: recorded or live."""
+"""The panels of a drive."""
 
-import collections
 import math
 import os
 import sys
@@ -31,38 +30,30 @@ class Drive:
     QUANTITIES = ('set_point_forward', 'set_point_yaw_rate', 'measured_forward', 'measured_yaw_rate', 'belief_forward',
                   'belief_yaw_rate', 'command_left', 'command_right', 'free_energy')
 
-    def __init__(self, window=math.inf):
-        """window: seconds that are kept."""
-        self.window = window
-        self.states = collections.deque()  # (time, why the robot does not drive, *QUANTITIES)
-        self.truth = collections.deque()   # (time, forward speed, yaw rate)
-        self.summary = ''                  # of the last state
+    def __init__(self):
+        self.states = []   # (time, why the robot does not drive, *QUANTITIES)
+        self.truth = []    # (time, forward speed, yaw rate)
+        self.summary = ''  # of the last state
 
     def add_state(self, state):
         """Adds a ControllerState. Starts again after the clock jumped back."""
         time = state.header.stamp.to_sec()
         if self.states and time < self.states[-1][0]:
-            self.__init__(self.window)
+            self.__init__()
         self.summary = state.summary
         reason = '' if state.status == DRIVING and not state.reason else state.reason or 'idle'
-        self._add(self.states, (time, reason, *(first(getattr(state, name)) for name in self.QUANTITIES)))
+        self.states.append((time, reason, *(first(getattr(state, name)) for name in self.QUANTITIES)))
 
     def add_truth(self, odometry):
         """Adds a nav_msgs/Odometry of the true motion, twist in the robot's frame."""
         time, speed = odometry.header.stamp.to_sec(), odometry.twist.twist
         if not self.truth or time >= self.truth[-1][0]:
-            self._add(self.truth, (time, speed.linear.x, speed.angular.z))
-
-    def _add(self, rows, row):
-        """Adds a row, and drops those before the window."""
-        rows.append(row)
-        while row[0] - rows[0][0] > self.window:
-            rows.popleft()
+            self.truth.append((time, speed.linear.x, speed.angular.z))
 
     def stops(self):
         """(begin, end, reason) of each stretch in which the robot was kept from driving."""
         changes = [row[:2] for before, row in zip([(0.0, None), *self.states], self.states) if row[1] != before[1]]
-        ends = [begin for begin, _ in changes[1:]] + [row[0] for row in list(self.states)[-1:]]
+        ends = [begin for begin, _ in changes[1:]] + [row[0] for row in self.states[-1:]]
         return [(begin, end, reason) for (begin, reason), end in zip(changes, ends) if reason]
 
 
@@ -112,10 +103,10 @@ def widen(axes, span):
         axes.set_ylim(0.5 * (low + high - span), 0.5 * (low + high + span))
 
 
-def draw(figure, drive, origin=None, title=''):
-    """Draws a drive on an empty figure. origin: time of 0 on the axis [s]; the first state by default."""
-    states = collections.defaultdict(tuple, zip(('time', 'reason', *drive.QUANTITIES), zip(*drive.states)))
-    origin = origin if origin is not None else first(states['time'])
+def draw(figure, drive, title=''):
+    """Draws a drive on an empty figure, from its first state on."""
+    states = dict(zip(('time', 'reason', *drive.QUANTITIES), zip(*drive.states)))
+    origin = states['time'][0]
     time = [t - origin for t in states['time']]
     grid = figure.subplots(4, 1, sharex=True, gridspec_kw={'height_ratios': [3, 3, 2, 1.5]})
     draw_velocity(grid[0], time, states, [(t - origin, v) for t, v, _ in drive.truth], 'forward', 'forward speed [m/s]')
