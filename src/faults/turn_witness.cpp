@@ -7,6 +7,7 @@
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/square.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -33,9 +34,18 @@ void TurnWitness::watchTurn(double asked, double hold, double step) {
   late_ = keptAfter(step, kLate + hold) * late_ + std::abs(asked - std::exchange(asked_, asked));
 }
 
+bool TurnWitness::slides(const WheelVector& measured, double hold, double step) {
+  const WheelVector change = measured - std::exchange(measured_, measured);
+  const double both = change(0) * change(1) > 0.0 ? change.cwiseAbs().minCoeff() : 0.0;
+  const bool beyond = radius_ * both > thresholds::kGrip * std::max(step, hold);
+  sliding_ = beyond ? kLate + hold : std::max(0.0, sliding_ - step);
+  return sliding_ > 0.0;
+}
+
 void TurnWitness::update(double yaw_rate, const CommandedWheel& left, const CommandedWheel& right, double hold,
                          double step) {
   watchTurn(slope_ * (right.nominal - left.nominal), hold, step);
+  if (slides({left.measured, right.measured}, hold, step)) return;
   const double l = commanded(left, right), r = commanded(right, left);
   const std::array<double, kHypotheses> errors{error(yaw_rate, left.measured, right.measured),
                                                error(yaw_rate, l, right.measured), error(yaw_rate, left.measured, r)};

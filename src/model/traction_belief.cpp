@@ -26,7 +26,6 @@ constexpr double kStoppedFraction = 0.3;         // believed / former speed of a
 constexpr double kReboundFraction = 1.3;         // largest change in a collision / former speed
 constexpr double kUnmeasuredAcceleration = 5.0;  // bound of an acceleration that was not measured [m/s^2]
 constexpr double kWheelDelay = 0.05;             // delay of the wheels' measurement behind the body's [s]
-constexpr double kWheelAcceleration = 3.0;       // bound for wheels that grip [m/s^2]
 constexpr double kScaleError = 0.1;              // error / Delta v_w, of the accelerometer's scale and of pitching
 constexpr double kCentreDistance = 0.2;          // bound of the unknown shift of the turning centre [m]
 constexpr double kStraightAcceleration = 0.02;   // negligible centripetal acceleration [m/s^2]
@@ -124,13 +123,13 @@ void TractionBelief::learnVibration(Mean mean, double variance) {
 }
 
 /// D of wheels that may have changed since they were measured last [m/s].
-double TractionBelief::unseenChange() const { return std::max(0.0, hold_ - kWheelDelay) * kWheelAcceleration; }
+double TractionBelief::unseenChange() const { return std::max(0.0, hold_ - kWheelDelay) * thresholds::kGrip; }
 
 /// D by an offset that is not learned yet [m/s].
 double TractionBelief::unknownOffset(double time) const { return offset_known_ ? 0.0 : kUnknownOffset * time; }
 
 double TractionBelief::bound(const Change& change) const {
-  return kNoiseBound * std::sqrt(factor_ * change.variance) + kWheelDelay * std::min(fastest_, kWheelAcceleration) +
+  return kNoiseBound * std::sqrt(factor_ * change.variance) + kWheelDelay * std::min(fastest_, thresholds::kGrip) +
          unseenChange() + unknownOffset(change.time) + kScaleError * std::abs(change.wheels) +
          kCentreDistance * change.turning;
 }

@@ -9,8 +9,10 @@ import rosunit
 from jackal_aic import Fault
 
 import drives as closed_loop
+import detection
 import engine
 import motions
+import robots
 
 FAULT_TIME = 3.0  # s
 DELAY = 0.3  # s, the bar of sim/lab/acceptance.yaml
@@ -284,6 +286,16 @@ class Traction(unittest.TestCase):
         for case, found in self.found(cases):
             self.assertLessEqual(self.worst(found, found.believed_speed), 0.01, case)
             self.assertNotIn(STUCK, found.fault, case)
+
+    def test_a_body_that_turns_on_while_its_wheels_brake_is_no_fault(self):
+        """Strong motors stop the wheels sooner than the tyres stop the body."""
+        points = [(0.5 + 4.0 * i + after, 1.4 * part, 1.1 * part) for i in range(6) for after, part in ((0.0, 1.0), (2.2, 0.4), (2.24, 0.15), (2.3, 0.0))]
+        for ratios in ((2.0, 0.5, 1.2, 3.0), (1.0, 1.0, 1.0, 3.0)):
+            robot = robots.scaled(engine.settings('ground', 'predictive')['plant'], ratios)
+            found = engine.drive(detection.ASSUMED, 'predictive', motions.Motion(tuple(points), 25.0),
+                                 {**robot, 'limits.linear_acceleration': 20.0, 'limits.angular_acceleration': 25.0},
+                                 monitor=robots.assumed_model(), samples_only=True)
+            self.assertEqual([text for _, text, faulty in found.findings if faulty], [], ratios)
 
     def test_a_wall_is_reported_within_a_second_of_the_contact(self):
         """A wall almost touched, and hit at speed; from 1 m/s on the wheels stop with the body, which bounces. On the real robot

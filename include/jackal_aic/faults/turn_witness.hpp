@@ -12,7 +12,8 @@
 /// Both sides have the same motors: where the other wheel is on its way with a part of what its commands ask for, so is
 /// this one. Each hypothesis has the mean of e^2 over kMemory as its evidence. An encoder is wrong if its hypothesis
 /// explains the gyro for kSureSamples, and the encoders as they are measured do not. This finds an encoder whose scale
-/// is wrong from its first message: alone it could be a weak motor, but a weak motor turns the robot.
+/// is wrong from its first message: alone it could be a weak motor, but a weak motor turns the robot. While the wheels
+/// accelerate by more than tyres grip, the body turns on as it did, and says nothing about them.
 
 #include <array>
 
@@ -42,7 +43,8 @@ class TurnWitness {
   static constexpr double kLate = 0.1;          ///< by which gyro and encoders may differ in time [s]
 
   /// @param rolling_radius r alpha [m]; @param track b_hat [m]; @param range f.
-  TurnWitness(double rolling_radius, double track, double range) : slope_(rolling_radius / track), range_(range) {}
+  TurnWitness(double rolling_radius, double track, double range)
+      : radius_(rolling_radius), slope_(rolling_radius / track), range_(range) {}
 
   /// Takes a sample. @param yaw_rate of the gyro, without bias [rad/s]; @param hold for which an encoder holds its
   /// value [s]; @param step since the last sample [s].
@@ -65,13 +67,16 @@ class TurnWitness {
 
   double error(double yaw_rate, double left, double right) const;
   void watchTurn(double asked, double hold, double step);
+  bool slides(const WheelVector& measured, double hold, double step);
   bool explains(Hypothesis hypothesis) const { return evidence_[hypothesis] < kExplained * evidence_[kAsMeasured]; }
   bool contradiction() const { return evidence_[kAsMeasured] > kLeastError * kLeastError; }
 
-  double slope_, range_;
+  double radius_, slope_, range_;
   std::array<double, kHypotheses> evidence_{};  // mean squares [(rad/s)^2]
   double asked_ = 0.0;                          // turn by the commands [rad/s]
   double late_ = 0.0;                           // by which it changed within kLate and a hold [rad/s]
+  WheelVector measured_ = WheelVector::Zero();  // speeds of the wheels [rad/s]
+  double sliding_ = 0.0;                        // time for which the body may slide on [s]
   double left_ = 0.0, right_ = 0.0;             // samples for which the evidence is against an encoder
 };
 

@@ -10,6 +10,7 @@ inline constexpr double kRest = 0.2;    ///< a slower wheel stands: 2 cm/s of a 
 inline constexpr double kMoving = 0.5;  ///< a faster wheel moves: its position changes with every sample [rad/s]
 inline constexpr double kSlow = 0.05;   ///< kMoving at the circumference of a Jackal's wheel [m/s]
 inline constexpr double kTurning = 0.1;  ///< a faster body turns [rad/s]
+inline constexpr double kGrip = 3.0;     ///< wheels that accelerate more may slide, of their circumference [m/s^2]
 
 // Times.
 inline constexpr double kGap = 0.2;        ///< samples of a source that lie further apart have a gap between them [s]
