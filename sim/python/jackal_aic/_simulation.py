@@ -237,9 +237,10 @@ def simulate(robot, controller, set_points, *, duration=3.0, faults=(), seed=Non
     faults: a Fault or a list of them; a dict with its fields stands for one.
     seed: of noise and ground, a whole number; None: that of the robot's file.
     overrides: values by key, such as {'plant.payload': 10.0, 'plant.dead_time': 0.12, 'plant.wheel_gain': 0.8}. Keys of
-        plant.* change the robot (not what a named controller knows of it); a named controller takes its own, too.
+        plant.* change the robot (not what a named controller knows of it); a named controller takes its own, too. Its
+        plant_model.* do not change the model of the fault detection.
     monitor: the fault detection watches the drive (True, False); None: if there are faults, and with Parameters as they say. A dict
-        such as {'identified': False} watches with other values of its plant model.
+        such as {'identified': False} watches with these values of its plant model.
     as_printed: True drives the thesis' controllers as it prints them, without a bound of their action, and the open loop as it had it.
     samples_only: True keeps the steps in which a sample came, for long drives.
     odometry: True adds the columns of the odometry.
