@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
@@ -56,8 +55,8 @@ void MeasurementWatch::judge(Observation& observation, const SensorHealth& healt
   started_ = true;
 }
 
-/// The channels with possible values. The monitor judges an encoder that reads too much, too: as one that reads the
-/// bound.
+/// The channels with possible values. The monitor judges an encoder that reads too much, too. Beyond the bound only the
+/// logarithm of the excess counts: no square overflows, and different readings stay different.
 ChannelValidity MeasurementWatch::excludeImpossible(Observation& observation, double step) {
   const auto within = [](double value, double bound) { return std::abs(value) <= bound; };
   ChannelValidity possible;
@@ -73,11 +72,13 @@ ChannelValidity MeasurementWatch::excludeImpossible(Observation& observation, do
   count(observation.valid.wheel_left && possible.wheel_left, excluded_.wheel_left);
   count(observation.valid.wheel_right && possible.wheel_right, excluded_.wheel_right);
   ChannelValidity judged = possible;
-  judged.wheel_left = !std::isnan(observation.wheel_left);
-  judged.wheel_right = !std::isnan(observation.wheel_right);
+  judged.wheel_left = std::isfinite(observation.wheel_left);
+  judged.wheel_right = std::isfinite(observation.wheel_right);
   observation.valid = observation.valid & judged;
-  observation.wheel_left = limited(observation.wheel_left, parameters_.largest_wheel_speed);
-  observation.wheel_right = limited(observation.wheel_right, parameters_.largest_wheel_speed);
+  for (double* wheel : {&observation.wheel_left, &observation.wheel_right}) {
+    const double excess = std::abs(*wheel) - parameters_.largest_wheel_speed;
+    if (excess > 0.0) *wheel = std::copysign(parameters_.largest_wheel_speed + std::log1p(excess), *wheel);
+  }
   return possible;
 }
 

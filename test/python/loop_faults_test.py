@@ -250,6 +250,16 @@ class WrongFromTheStart(unittest.TestCase):
             self.assertTrue(found.fault[found.time < 3.0].any(), case)
 
 
+    def test_an_encoder_that_reads_more_than_possible_is_wrong_and_not_frozen(self):
+        for preset in ('predictive', 'improved'):
+            for set_point in ((0.5, 0.0), (1.5, 0.0), (0.0, 1.5)):
+                for channels, start, name in ((('left',), 3.0, 'left encoder wrong'), (('left', 'right'), 0.0, ' encoder wrong')):
+                    faults = [Fault('scale', start, channel, 57.3) for channel in channels]
+                    found = engine.drive('ground', jackal_aic.Parameters(preset, 'assumed'), driving(*set_point, 5.0, *faults, start=1.0),
+                                         monitor=None, samples_only=True)
+                    self.assertIn(name, first_fault(found, start)[1], (preset, set_point, channels))
+
+
 class Traction(unittest.TestCase):
     """A body that does not follow its wheels: on ice the belief knows its speed, and against a wall it is reported stuck.
 
