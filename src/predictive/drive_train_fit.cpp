@@ -2,100 +2,116 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kWashout = 0.3;    // s; T_w
-constexpr double kSlowest = 0.01;   // rad/s; least command under which a wheel turns
-constexpr double kRateTime = 0.02;  // s; averaging time of an acceleration, about a sample
+constexpr double kSlowest = 0.01;  // rad/s; least command under which a wheel turns
 
 }  // namespace
 
-void DriveTrainFit::reset(const DriveTrainVector& theta, const WheelVector& given, const WheelVector& measured) {
-  theta_ = theta;
-  lag_ = std::exp(theta(kLogLag));
-  rest_ = std::exp(-kStep / lag_);
-  limit_ = theta(kLimitShare) * model_.acceleration_limit / radius_;
-  reset(left_, given(0), measured(0));
-  reset(right_, given(1), measured(1));
-  sums_.fill({});
-  samples_ = motion_ = acceleration_ = 0.0;
+void DriveTrainSums::add(const DriveTrainSums& other, double weight) {
+  curvature += weight * other.curvature;
+  slope += weight * other.slope;
+  squares += weight * other.squares;
 }
 
-void DriveTrainFit::reset(Wheel& wheel, double given, double measured) const {
-  wheel.speed = input(given);
-  wheel.correction.setZero();
-  wheel.filtered.setZero();
-  wheel.history.fill(Speeds::Zero());
-  wheel.measured = measured;
-  wheel.measured_filtered = wheel.rate = 0.0;
+DriveTrainSums DriveTrainSums::around(double change) const {
+  // epsilon <- epsilon - psi change
+  const Eigen::Vector2d moved = curvature.col(0) * change;
+  return {curvature, slope - moved, squares + change * (moved(0) - 2.0 * slope(0))};
+}
+
+DriveTrainSums DriveTrainSums::withoutGain() const {
+  const double bend = curvature(0, 0);
+  if (!(bend > 0.0)) return *this;
+  const Eigen::Vector2d along = curvature.col(0) / bend;
+  return {curvature - along * curvature.row(0), slope - along * slope(0), squares - slope(0) * slope(0) / bend};
+}
+
+DriveTrainFit::DriveTrainFit(const PlantModel& model, double lag, double limit)
+    : model_gain_(model.gain),
+      integral_(model.velocity_loop_integral),
+      lag_(lag),
+      limit_(limit),
+      rest_(std::exp(-kStep / lag)) {}
+
+void DriveTrainFit::restart(const WheelVector& given) {
+  for (std::size_t side = 0; side < wheels_.size(); ++side) {
+    Wheel& wheel = wheels_[side];
+    wheel.speed = input(given(static_cast<Eigen::Index>(side)));
+    wheel.correction.setZero();
+    wheel.filtered.setZero();
+    std::fill(wheel.history.begin(), wheel.history.end(), Speeds::Zero());
+  }
+}
+
+void DriveTrainFit::become(const DriveTrainFit& other, double limit) {
+  *this = other;
+  limit_ = limit;
+}
+
+void DriveTrainFit::setGain(double gain) {
+  const double change = gain - std::exchange(gain_, gain);
+  for (Wheel& wheel : wheels_) {
+    for (Speeds* speeds : {&wheel.speed, &wheel.correction, &wheel.filtered}) (*speeds)(0) += change * (*speeds)(1);
+    for (Speeds& speeds : wheel.history) speeds(0) += change * speeds(1);
+  }
+  for (Sums* sums : {&present, &memory}) {
+    for (DriveTrainSums& each : *sums) each = each.around(change);
+  }
 }
 
 DriveTrainFit::Speeds DriveTrainFit::input(double given) const {
-  // r = γ g v − o sign(v), and its derivatives
+  // r = γ g v − o sign(v) at θ_0, and its derivatives
   const double turning = std::abs(given) > kSlowest ? std::copysign(1.0, given) : 0.0;
-  Speeds input;
-  input << theta_(kGainShare) * model_.gain * given - theta_(kOffset) * turning, 0.0, 0.0, model_.gain * given,
-      -turning;
-  return input;
+  return {gain_ * model_gain_ * given, model_gain_ * given, -turning};
 }
 
 void DriveTrainFit::step(const WheelVector& given) {
   newest_ = (newest_ + 1) % kHistory;
-  step(left_, given(0));
-  step(right_, given(1));
+  step(wheels_[0], given(0));
+  step(wheels_[1], given(1));
 }
 
 void DriveTrainFit::step(Wheel& wheel, double given) {
   const Speeds r = input(given);
   const Speeds drive = r + wheel.correction - wheel.speed;
   const Speeds before = wheel.speed;
-  // Exact for a constant r, e = r + z − w: at the limit for a time t, until |e| = L T, then free; with
+  // Exact for a constant r, e = r + z − w: at the limit L for a time t, until |e| = L T, then free; with
   // q = e^(−(h−t)/T)
-  //     w ← w ± L t + (1 − q) e_t,    ∂w/∂e = 1 − q,    ∂w/∂ln T = −e_t q (h−t)/T,    ∂w/∂L = ± q t
+  //     w ← w ± L t + (1 − q) e_t,    ∂w/∂e = 1 − q
   const double e = drive(0), end = limit_ * lag_;
   const double limited = std::clamp(std::abs(e) / limit_ - lag_, 0.0, kStep), free = kStep - limited;
   const double q = limited > 0.0 ? std::exp(-free / lag_) : rest_, e_t = std::clamp(e, -end, end);
   wheel.speed += (1.0 - q) * drive;
   wheel.speed(0) = before(0) + std::copysign(limit_ * limited, e) + (1.0 - q) * e_t;
-  wheel.speed(1 + kLogLag) -= e_t * q * free / lag_;
-  wheel.speed(1 + kLimitShare) += std::copysign(q * limited * limit_ / theta_(kLimitShare), e);
   // z ← z + k ∫(r − w) dt while it is free, by the trapezoidal rule
-  wheel.correction += model_.velocity_loop_integral * free * (r - 0.5 * (before + wheel.speed));
+  wheel.correction += integral_ * free * (r - 0.5 * (before + wheel.speed));
   static const double decay = std::exp(-kStep / kWashout), half = std::sqrt(decay);
   wheel.filtered = decay * wheel.filtered + half * (wheel.speed - before);
-  wheel.rate += kStep / kRateTime * ((wheel.speed(0) - before(0)) / kStep - wheel.rate);
-  acceleration_ = std::max(acceleration_, radius_ * std::abs(wheel.rate));
   wheel.history[newest_] = wheel.filtered;
 }
 
-void DriveTrainFit::observe(const WheelVector& measured, double step, double part, bool counts) {
-  const double decay = std::exp(-step / kWashout), half = std::sqrt(decay);
-  const auto filter = [&](Wheel& wheel, double y) {
-    wheel.measured_filtered = decay * wheel.measured_filtered + half * (y - wheel.measured);
-    wheel.measured = y;
-  };
-  filter(left_, measured(0));
-  filter(right_, measured(1));
-  if (!counts) return;
-  observe(left_, part);
-  observe(right_, part);
-  samples_ += 2.0;
+void DriveTrainFit::observe(const WheelVector& filtered, double part) {
+  observe(wheels_[0], filtered(0), part);
+  observe(wheels_[1], filtered(1), part);
 }
 
-void DriveTrainFit::observe(Wheel& wheel, double part) {
-  // The prediction is at the time of a step, the measurement between two of them.
+void DriveTrainFit::observe(const Wheel& wheel, double filtered, double part) {
+  // The run is at the time of a step, the measurement between two of them.
   for (std::size_t i = 0; i < kGrid; ++i) {
-    const std::size_t at = (newest_ + kHistory - i) % kHistory, after = i > 0 ? (at + 1) % kHistory : at;
+    const std::size_t at = (newest_ + kHistory - kStepsPerDeadTime * i) % kHistory;
+    const std::size_t after = i > 0 ? (at + 1) % kHistory : at;
     const Speeds then = wheel.history[at] + part * (wheel.history[after] - wheel.history[at]);
-    const double error = wheel.measured_filtered - then(0);
-    const DriveTrainVector sensitivity = then.tail<kDriveTrainParameters>().transpose();
-    sums_[i].curvature.noalias() += sensitivity.lazyProduct(sensitivity.transpose());
-    sums_[i].slope += error * sensitivity;
-    sums_[i].squares += error * error;
+    const double error = filtered - then(0);
+    const Eigen::Vector2d sensitivity = then.tail<2>().transpose();
+    DriveTrainSums& sums = present[i];
+    sums.curvature.noalias() += sensitivity * sensitivity.transpose();
+    sums.slope += error * sensitivity;
+    sums.squares += error * error;
   }
-  motion_ += wheel.measured_filtered * wheel.measured_filtered;
 }
 
 }  // namespace jackal_aic

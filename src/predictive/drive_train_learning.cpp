@@ -1,9 +1,8 @@
 #include "jackal_aic/predictive/drive_train_learning.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "jackal_aic/model/robot_range.hpp"
@@ -13,50 +12,45 @@
 namespace jackal_aic {
 namespace {
 
-constexpr std::size_t steps(double time) { return static_cast<std::size_t>(time / DriveTrainFit::kStep + 0.5); }
+constexpr int kTicks = static_cast<int>(DriveTrainFit::kStep / DriveTrain::kStep + 0.5);  // inner steps in one of a run
+constexpr double kSpacing = DriveTrainFit::kStepsPerDeadTime * DriveTrainFit::kStep;      // s, of the dead times
 
-constexpr double kChange = 0.3;                            // rad/s; a larger command moves a wheel
-constexpr std::size_t kUnnoticedSteps = steps(0.06);       // start of a change of the commands, before it is detected
-constexpr std::size_t kSettled = steps(0.6);               // after the dead time, until the wheels have settled
-constexpr std::size_t kLongest = steps(2.0);               // of a change; a longer one is used as far as it has come
-constexpr std::size_t kTransient = steps(1.0);             // until the filter has forgotten an unknown earlier motion
-constexpr double kResting = 0.1 / DriveTrainFit::kStep;    // steps before a change; their mean is the initial speed
-constexpr double kSpacing = 0.015 / DriveTrainFit::kStep;  // steps; least between measurements that are kept
-constexpr int kReviewed = 2;                               // measurements of a run in an inner step
-constexpr double kOtherLags[] = {0.0, 0.9, -0.9, 0.0};     // additional starts of a review, of ln T
-constexpr double kOtherShares[] = {1.0, 1.0, 1.0, 0.5};    // the same, of lambda
-constexpr int kMostRuns = 10;
-constexpr double kStepReduction = 0.3;     // factor on a step that did not reduce F
-constexpr double kSmallStep = 0.05;        // standard deviations of theta; a smaller step ends the search
-constexpr double kMemory = 0.7;            // weight of a change of the commands / weight of the next
-constexpr double kSamplesPerValue = 8.0;   // n_0
-constexpr double kTurn = 0.3;              // share of a turn, above which a change does not count for the lag
-constexpr double kUnexplained = 0.01;      // largest residual of a motion that the model explains, of its squares
-constexpr double kNoise = 4.0;             // variances of the encoders, which nothing explains
-constexpr double kLeastGainChange = 0.03;  // least relevant change of gamma
-constexpr double kLargestDoubt = 0.008;    // s; largest standard deviation of an adopted dead time
-constexpr double kShortestLag = 0.002;     // s; below it the speed does not depend on the lag
-constexpr double kBoundPrecision = 1e9;    // precision of a parameter at its bound
-constexpr double kLeastLimit = 0.5;        // least learned acceleration limit / assumed one
-constexpr double kTrialRatio = 2.0;        // tried acceleration / followed acceleration
-constexpr double kRamp = 0.1 / DriveTrainFit::kStep;  // steps over which a followed acceleration is measured
-constexpr double kFollowedShare = 0.9;                // least lambda of motors that follow
-constexpr double kRampTolerance = 0.4;  // relative difference between the commands' ramp and that of the limit
-// Range of theta.
-constexpr double kLeastShare = 0.3;
-constexpr double kLargestOffset = 1.0;  // rad/s
-// Standard deviations of delta and theta.
+// The grid of lags.
+constexpr double kShortestLag = 0.005;  // s; a shorter one looks the same
+constexpr double kLagRatio = 1.67;      // of a lag and the next; the longest is 0.5 s
+
+// A motion.
+constexpr double kChange = 0.3;                               // rad/s; a larger change of a command moves a wheel
+constexpr double kSettled = 0.6;                              // s after the dead time, until the wheels have settled
+constexpr double kLongest = 2.0;                              // s, of a motion that does not settle
+constexpr double kForgotten = 3.0 * DriveTrainFit::kWashout;  // s; the filter has forgotten what was before
+constexpr double kApart = 0.015;                              // s; least between measurements that count
+constexpr double kTurn = 0.3;                                 // share of a turn, from which a motion is one
+constexpr double kMemory = 0.7;                               // weight of a motion / weight of the next
+constexpr double kSamplesPerValue = 8.0;                      // n_0
+constexpr double kModelError = 0.02;                          // of any model, relative to the motion
+constexpr double kUnexplained = 0.1;                          // the same, above which a motion has another cause
+constexpr double kNoise = 2.0;                                // deviations of the encoders, which nothing explains
+// Least relevant changes.
+constexpr double kLeastChange = 0.005;                                     // s, of the dead time or the lag
+constexpr double kLeastGainChange = 0.02;                                  // of gamma
+constexpr double kSureOdds = 0.5 * thresholds::kSure * thresholds::kSure;  // difference of F that chance does not reach
+
+// Acceleration limit of a robot without identification.
+constexpr double kLeastLimit = 0.5;  // least learned one / assumed one
+constexpr double kTrialRatio = 2.0;  // tried one / followed one
+
+// Standard deviations of the prior, and range.
 constexpr double kDeadTimeDeviation = 0.08;  // s
-constexpr double kLogLagDeviation = 0.7;     // also the range in which the parabola of F is valid
+constexpr double kLogLagDeviation = 1.0;
 constexpr double kShareDeviation = 0.3;
 constexpr double kGainDeviation = 0.1;
 constexpr double kOffsetDeviation = 0.3;  // rad/s
+constexpr double kLargestOffset = 1.0;    // rad/s
 
-DriveTrainVector bounded(const DriveTrainVector& theta) {
-  return {std::clamp(theta(kLogLag), std::log(kShortestLag), std::log(kLongestTiming.lag)),
-          std::clamp(theta(kLimitShare), kLeastShare, 1.0), std::clamp(theta(kGainShare), 1.0 / kGainRange, kGainRange),
-          std::clamp(theta(kOffset), 0.0, kLargestOffset)};
-}
+double lagOf(double index) { return kShortestLag * std::pow(kLagRatio, index); }
+
+double indexOf(double lag) { return std::log(std::max(lag, kShortestLag) / kShortestLag) / std::log(kLagRatio); }
 
 }  // namespace
 
@@ -64,340 +58,286 @@ DriveTrainLearning::DriveTrainLearning(const PlantModel& model, double wheel_rad
     : wheel_radius_(wheel_radius),
       wheel_variance_(wheel_variance),
       identified_(model.identified),
-      least_limit_(model.identified ? model.acceleration_limit : kLeastLimit * model.acceleration_limit),
-      fit_(model, wheel_radius) {
+      least_limit_(kLeastLimit * model.acceleration_limit),
+      limit_(model.acceleration_limit) {
+  for (int lag = 0; lag < kLags; ++lag) {
+    for (int run = 0; run < kRuns; ++run) fits_.emplace_back(model, lagOf(lag), limit(run));
+  }
   setTiming({model.dead_time, model.lag, model.acceleration_limit});
+}
+
+/// Acceleration limit of a run [rad/s^2].
+double DriveTrainLearning::limit(int run) const {
+  return kShares[static_cast<std::size_t>(run)] * limit_ / wheel_radius_;
 }
 
 void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
   timing_ = timing;
-  timing_.acceleration_limit = identified_ ? least_limit_ : std::max(least_limit_, timing.acceleration_limit);
-  fit_.setAccelerationLimit(timing_.acceleration_limit);
-  largest_limit_ = kLongestTiming.acceleration_limit;
-  expected_log_lag_ = std::log(std::max(timing.lag, kShortestLag));
-  theta_ << expected_log_lag_, 1.0, 1.0, 0.0;
-  memory_.fill({});
+  for (DriveTrainFit& fit : fits_) fit.setGain(timing.gain_share);
+  timing_.acceleration_limit = std::max(least_limit_, timing.acceleration_limit);
+  expected_ = timing_;
+  largest_limit_ = identified_ ? timing_.acceleration_limit : kLongestTiming.acceleration_limit;
+  turns_memory_.fill(0.0);
+  for (DriveTrainFit& fit : fits_) fit.memory.fill({});
+  setLimit(timing_.acceleration_limit, 0);
   resetMotion();
 }
 
 bool DriveTrainLearning::withdrawGain() {
   resetMotion();
-  if (theta_(kGainShare) == 1.0) return false;
-  theta_(kGainShare) = 1.0;
-  for (DriveTrainSums& kept : memory_) kept = kept.marginalised(kGainShare);
-  return std::exchange(timing_.gain_share, 1.0) != 1.0;
+  if (timing_.gain_share == 1.0) return false;
+  for (DriveTrainFit& fit : fits_) {
+    for (DriveTrainSums& sums : fit.memory) sums = sums.withoutGain();
+    fit.setGain(1.0);
+  }
+  timing_.gain_share = 1.0;
+  return true;
 }
 
 void DriveTrainLearning::resetMotion() {
-  state_ = State::unknown;
-  known_ = step_;
-  reviewing_ = false;
-  learned_.reset();
+  unknown_ = kForgotten;
+  moving_ = false;
+  for (DriveTrainFit& fit : fits_) {
+    fit.restart(resting_);
+    fit.present.fill({});
+  }
+  before_ = resting_;
+  samples_ = motion_ = turn_ = straight_ = 0.0;
+  variance_ = wheel_variance_;
 }
 
-// ---- keep
+// ---- run
 
 void DriveTrainLearning::predict(const WheelVector& given) {
-  for (int i = 0; reviewing_ && i < kReviewed; ++i) review();
   given_ += given;
   if (++ticks_ < kTicks) return;
-  commands_[step_ % kCommands] = given_ / kTicks;
-  watch(commands_[step_ % kCommands]);
-  ++step_;
+  const WheelVector mean = given_ / kTicks;
+  for (DriveTrainFit& fit : fits_) fit.step(mean);
+  watch(mean);
   ticks_ = 0;
   given_.setZero();
 }
 
+/// Follows the commands of the present motion.
 void DriveTrainLearning::watch(const WheelVector& given) {
   const bool changes = (given - resting_).cwiseAbs().maxCoeff() > kChange;
-  if (state_ == State::settled && !changes) return;
+  settled_ = changes ? 0.0 : settled_ + DriveTrainFit::kStep;
   if (changes) resting_ = given;
-  settled_ = changes ? 0 : settled_ + 1;
-  if (state_ == State::changing) return;
-  const bool rested = state_ == State::settled;
-  first_ = rested ? std::max(known_, step_ - kUnnoticedSteps) : step_;
-  counted_ = rested ? first_ : step_ + kTransient;
-  state_ = State::changing;
+  moving_ = moving_ || (changes && unknown_ <= 0.0);
+  const WheelVector change = given - before_;
+  turn_ = std::max(turn_, std::abs(change(1) - change(0)));
+  straight_ = std::max(straight_, std::abs(change(1) + change(0)));
 }
+
+bool DriveTrainLearning::turns() const { return turn_ > kTurn * (turn_ + straight_); }
 
 std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& measured, double step) {
   if (step <= 0.0) return std::nullopt;
-  const double time = static_cast<double>(step_) + static_cast<double>(ticks_) / kTicks;
-  if (sample_ == 0 || time - samples_[(sample_ - 1) % kSamples].time >= kSpacing) {
-    samples_[sample_++ % kSamples] = {measured, time};
+  const double decay = std::exp(-step / DriveTrainFit::kWashout);
+  filtered_ = decay * filtered_ + std::sqrt(decay) * (measured - std::exchange(measured_, measured));
+  unknown_ -= step;
+  const bool stands = resting_.isZero(0.0) && settled_ > 0.0 && measured.cwiseAbs().maxCoeff() < thresholds::kRest;
+  if (stands) unknown_ = std::min(unknown_, 0.0);
+  if (settled_ > kSettled + timing_.dead_time) {
+    const bool changed = samples_ > 0.0 && endMotion();
+    before_ = resting_;
+    turn_ = straight_ = 0.0;
+    moving_ = false;
+    return changed ? std::optional(timing_) : std::nullopt;
   }
-  if (!identified_ && !reviewing_ && openLimit()) learned_ = timing_;
-  if (state_ == State::changing && step_ > counted_ && (settles() || step_ - counted_ >= kLongest)) endChange();
-  return std::exchange(learned_, std::nullopt);
+  if (!moving_) return std::nullopt;
+  since_counted_ += step;
+  if (since_counted_ < kApart) return std::nullopt;
+  since_counted_ = 0.0;
+  count();
+  bool changed = takeOver();
+  changed = raiseLimit() || changed;
+  changed = (samples_ * step > 2.0 * kLongest && endMotion()) || changed;
+  return changed ? std::optional(timing_) : std::nullopt;
 }
 
-bool DriveTrainLearning::settles() const { return settled_ >= kSettled + steps(timing_.dead_time); }
-
-void DriveTrainLearning::endChange() {
-  const std::size_t first = first_, counted = counted_, last_change = step_ - settled_;
-  if (settles()) {
-    state_ = State::settled;
-  } else {
-    first_ = step_ - kTransient;
-    counted_ = step_;
-  }
-  // Without a change while measurements count, they show only the rest of the last motion; after a long time without
-  // measurements its beginning is lost.
-  if (reviewing_ || first == 0 || last_change < counted || step_ - first > 2 * kLongest) return;
-  change_ = {};
-  change_.first = first;
-  change_.counted = counted;
-  change_.end_sample = sample_;
-  change_.resting = restingSpeed(first, change_.first_sample);
-  change_.turns = turnShare(first) > kTurn;
-  best_.free_energy = HUGE_VAL;
-  runs_ = 0;
-  reviewing_ = true;
-  run(theta_);
+/// Counts the last measurement.
+void DriveTrainLearning::count() {
+  for (DriveTrainFit& fit : fits_) fit.observe(filtered_, static_cast<double>(ticks_) / kTicks);
+  samples_ += 2.0;
+  motion_ += filtered_.squaredNorm();
+  compare();
 }
 
-/// Share of a turn in a change of the commands: 0 on a straight line, 1 turning in place.
-double DriveTrainLearning::turnShare(std::size_t first) const {
-  double difference = 0.0, sum = 0.0;
-  for (std::size_t i = first; i < step_; ++i) {
-    const WheelVector change = commands_[i % kCommands] - commands_[(first - 1) % kCommands];
-    difference = std::max(difference, std::abs(change(1) - change(0)));
-    sum = std::max(sum, std::abs(change(1) + change(0)));
-  }
-  return difference > 0.0 ? difference / (difference + sum) : 0.0;
-}
-
-WheelVector DriveTrainLearning::restingSpeed(std::size_t first, std::size_t& first_sample) const {
-  const auto begin = static_cast<double>(first);
-  const auto of = [this](std::size_t i) { return samples_[i % kSamples]; };
-  first_sample = sample_;
-  while (first_sample > 0 && sample_ - first_sample < kSamples && of(first_sample - 1).time > begin) --first_sample;
-  WheelVector sum = WheelVector::Zero();
-  int count = 0;
-  for (std::size_t i = first_sample; i > 0 && of(i - 1).time > begin - kResting && sample_ - i < kSamples; --i) {
-    sum += of(i - 1).speed;
-    ++count;
-  }
-  return count > 0 ? WheelVector(sum / count) : of(first_sample).speed;
-}
-
-// ---- review
-
-void DriveTrainLearning::run(const DriveTrainVector& theta) {
-  fit_.reset(bounded(theta), commands_[(change_.first - 1) % kCommands], change_.resting);
-  change_.next_step = change_.first;
-  change_.next_sample = change_.first_sample;
-  change_.last_time = static_cast<double>(change_.first);
-}
-
-void DriveTrainLearning::review() {
-  if (change_.next_sample == change_.end_sample) return judge();
-  const Sample& sample = samples_[change_.next_sample++ % kSamples];
-  const auto until = static_cast<std::size_t>(sample.time);
-  for (; change_.next_step < until; ++change_.next_step) fit_.step(commands_[change_.next_step % kCommands]);
-  fit_.observe(sample.speed, (sample.time - change_.last_time) * kStep, sample.time - static_cast<double>(until),
-               sample.time > static_cast<double>(change_.counted));
-  change_.last_time = sample.time;
-}
-
-/// Ends a run and continues from the best one.
-void DriveTrainLearning::judge() {
-  const double free_energy = freeEnergy(fit_);
-  const bool better = free_energy < best_.free_energy;
-  if (better) best_ = {fit_.theta(), free_energy, fit_.sums(), fit_.samples(), fit_.motion(), fit_.acceleration()};
-  ++runs_;
-  if (runs_ < static_cast<int>(std::size(kOtherLags))) {
-    DriveTrainVector other = theta_;
-    other(kLogLag) += kOtherLags[runs_];
-    other(kLimitShare) *= kOtherShares[runs_];
-    return run(other);
-  }
-  next_ = better || runs_ == static_cast<int>(std::size(kOtherLags)) ? newtonStep()
-                                                                     : DriveTrainVector(kStepReduction * next_);
-  const bool small = next_.cwiseAbs().cwiseQuotient(deviations()).maxCoeff() < kSmallStep;
-  if (!small && runs_ < kMostRuns) return run(best_.theta + next_);
-  learn();
-  reviewing_ = false;
-}
-
-DriveTrainVector DriveTrainLearning::deviations() const {
-  return {kLogLagDeviation, kShareDeviation, kGainDeviation, kOffsetDeviation};
-}
-
-/// theta_1
-DriveTrainVector DriveTrainLearning::expected() const {
-  return {expected_log_lag_, theta_(kLimitShare), theta_(kGainShare), theta_(kOffset)};
-}
-
-double DriveTrainLearning::freeEnergy(const DriveTrainFit& fit) const {
-  const DriveTrainVector change = fit.theta() - theta_;
-  const double n = fit.samples();
-  double least = HUGE_VAL;
-  for (std::size_t i = 0; i < DriveTrainFit::kGrid; ++i) {
-    const double variance = std::max(wheel_variance_, fit.sums()[i].squares / n);
-    const double late = static_cast<double>(i) * kStep - timing_.dead_time;
-    least = std::min(least, 0.5 * (n / kSamplesPerValue * std::log(variance) + memory_[i].around(change).squares +
-                                   square(late / kDeadTimeDeviation)));
-  }
-  return least + 0.5 * (fit.theta() - expected()).cwiseQuotient(deviations()).squaredNorm();
-}
-
-/// Residual sum of squares of the best run, after its Gauss-Newton step.
-double DriveTrainLearning::leastSquares() const {
-  double least = HUGE_VAL;
-  for (const DriveTrainSums& sums : best_.sums) {
-    DriveTrainMatrix curvature = sums.curvature / wheel_variance_;
-    curvature.diagonal() += deviations().cwiseAbs2().cwiseInverse();
-    const DriveTrainVector change = curvature.ldlt().solve(sums.slope / wheel_variance_);
-    least = std::min(least, sums.around(change).squares);
-  }
-  return least;
-}
-
-DriveTrainVector DriveTrainLearning::newtonStep() const {
-  const double variance = kSamplesPerValue * std::max(wheel_variance_, leastSquares() / best_.samples);
-  const DriveTrainVector precision = deviations().cwiseAbs2().cwiseInverse(), far = expected() - best_.theta;
-  DriveTrainVector step = DriveTrainVector::Zero();
-  double least = HUGE_VAL;
-  for (std::size_t i = 0; i < DriveTrainFit::kGrid; ++i) {
-    DriveTrainSums sums = memory_[i].around(best_.theta - theta_);
-    sums.add(best_.sums[i].over(variance));
-    // θ − θ_0 = (Σψψ'/Σ + Π_0)⁻¹ (Σψε/Σ + Π_0 (θ_1 − θ_0)); a parameter at its bound stays there
-    DriveTrainVector pinned = precision;
-    const DriveTrainVector slope = sums.slope + precision.cwiseProduct(far);
-    DriveTrainVector change;
-    for (int pass = 0; pass < 2; ++pass) {
-      DriveTrainMatrix curvature = sums.curvature;
-      curvature.diagonal() += pinned;
-      change = curvature.ldlt().solve(slope);
-      const DriveTrainVector outside = best_.theta + change - bounded(best_.theta + change);
-      for (int k = 0; k < kDriveTrainParameters; ++k) pinned(k) = outside(k) != 0.0 ? kBoundPrecision : pinned(k);
+/// Remembers the present motion. True if the timing changed.
+bool DriveTrainLearning::endMotion() {
+  bool changed = false;
+  if (explained()) {
+    changed = lowerLimit();
+    const bool turn = turns();
+    const double share = weight();
+    for (std::size_t i = 0; turn && i < turns_memory_.size(); ++i) {
+      double least = HUGE_VAL;
+      for (const DriveTrainFit& fit : fits_) {
+        DriveTrainSums sums;
+        sums.add(fit.present[i], share);
+        least = std::min(least, minimum(sums).free_energy);
+      }
+      turns_memory_[i] = kMemory * (turns_memory_[i] + least);
     }
-    const double late = static_cast<double>(i) * kStep - timing_.dead_time;
-    const double free_energy = 0.5 * (sums.squares - change.dot(slope) + square(late / kDeadTimeDeviation));
-    if (free_energy < least) least = free_energy, step = change;
+    for (DriveTrainFit& fit : fits_) {
+      for (std::size_t i = 0; i < fit.memory.size(); ++i) {
+        DriveTrainSums sums;
+        sums.add(fit.memory[i], kMemory);
+        if (!turn) sums.add(fit.present[i], kMemory * share);
+        fit.memory[i] = sums;
+      }
+    }
   }
-  step(kLogLag) = std::clamp(step(kLogLag), -kLogLagDeviation, kLogLagDeviation);
-  return step;
+  for (DriveTrainFit& fit : fits_) fit.present.fill({});
+  samples_ = motion_ = 0.0;
+  variance_ = wheel_variance_;
+  return changed;
 }
 
-// ---- learn
+// ---- compare
 
-void DriveTrainLearning::learn() {
-  const double left = leastSquares(), variance = std::max(wheel_variance_, left / best_.samples);
-  const bool explained = left <= std::max(kNoise * wheel_variance_ * best_.samples, kUnexplained * best_.motion);
-  DriveTrainVector change = best_.theta - theta_;
-  // An unexplained change keeps only its limit, from which the next search starts.
-  if (!explained) change(kLogLag) = change(kGainShare) = change(kOffset) = 0.0;
-  if (change_.turns) change(kLogLag) = change(kGainShare) = 0.0;
-  const bool same = std::abs(change(kLogLag)) < kLogLagDeviation;
-  for (DriveTrainSums& kept : memory_) kept = same ? kept.around(change) : DriveTrainSums{};
-  theta_ += change;
-  if (!explained) return;
-  for (std::size_t i = 0; i < memory_.size(); ++i) {
-    const DriveTrainSums& sums = best_.sums[i];
-    memory_[i].add(
-        (change_.turns ? sums.marginalised(kLogLag).marginalised(kGainShare) : sums).over(kSamplesPerValue * variance));
+/// Weight of the present motion in F.
+double DriveTrainLearning::weight() const { return 1.0 / (kSamplesPerValue * variance_); }
+
+/// A drive train of the grid explains the present motion.
+bool DriveTrainLearning::explained() const {
+  return variance_ * samples_ <= std::max(square(kNoise) * wheel_variance_ * samples_, square(kUnexplained) * motion_);
+}
+
+/// Least F along theta = (gamma, o), within its range.
+DriveTrainLearning::Minimum DriveTrainLearning::minimum(const DriveTrainSums& sums) const {
+  const double gain = timing_.gain_share;  // gamma_0
+  Eigen::Matrix2d C = sums.curvature;
+  C.diagonal() += Eigen::Vector2d(1.0 / square(kGainDeviation), 1.0 / square(kOffsetDeviation));
+  const Eigen::Vector2d slope = sums.slope + Eigen::Vector2d((1.0 - gain) / square(kGainDeviation), 0.0);
+  const Eigen::Matrix2d covariance = C.inverse();
+  Eigen::Vector2d change = covariance * slope;
+  change(1) = std::clamp(change(1), 0.0, kLargestOffset);
+  change(0) = (slope(0) - C(0, 1) * change(1)) / C(0, 0);
+  change(0) = std::clamp(change(0), 1.0 / kGainRange - gain, kGainRange - gain);
+  const double squares = sums.squares + square((1.0 - gain) / kGainDeviation);
+  return {0.5 * (squares + change.dot(C * change) - 2.0 * change.dot(slope)), gain + change(0), covariance(0, 0)};
+}
+
+/// F of every drive train.
+void DriveTrainLearning::compare() {
+  const bool turn = turns();
+  const double share = weight();
+  double least = HUGE_VAL;  // of the squares
+  by_share_.fill(HUGE_VAL);
+  std::array<double, kGrid> of_turn;  // F of the present turn
+  of_turn.fill(turn ? HUGE_VAL : 0.0);
+  for (int lag = 0; lag < kLags; ++lag) {
+    const double slower = (lag - indexOf(expected_.lag)) * std::log(kLagRatio) / kLogLagDeviation;
+    for (std::size_t i = 0; i < kGrid; ++i) {
+      const double later = (static_cast<double>(i) * kSpacing - expected_.dead_time) / kDeadTimeDeviation;
+      Minimum best{HUGE_VAL};
+      for (int run = 0; run < kRuns; ++run) {
+        const DriveTrainFit& fit = this->fit(lag, run);
+        const double weaker = (1.0 - kShares[static_cast<std::size_t>(run)]) / kShareDeviation;
+        const double prior = 0.5 * (square(slower) + square(later) + square(weaker)) + turns_memory_[i];
+        DriveTrainSums all = fit.memory[i];
+        all.add(fit.present[i], share);
+        Minimum of_all = minimum(all);
+        of_all.free_energy += prior;
+        by_share_[static_cast<std::size_t>(run)] =
+            std::min(by_share_[static_cast<std::size_t>(run)], of_all.free_energy);
+        DriveTrainSums now;
+        now.add(fit.present[i], share);
+        const double of_now = minimum(now).free_energy;
+        least = std::min(least, 2.0 * of_now / share);
+        if (turn) {
+          of_turn[i] = std::min(of_turn[i], of_now);
+          of_all = minimum(fit.memory[i]);
+          of_all.free_energy += prior;
+        }
+        if (of_all.free_energy < best.free_energy) best = of_all;
+      }
+      minima_[static_cast<std::size_t>(lag)][i] = best;
+    }
   }
-  learned_ = takenOver();
-  for (DriveTrainSums& kept : memory_) kept = kept.over(1.0 / kMemory);
-  if (!identified_ && learnLimit()) learned_ = timing_;
-}
-
-/// True if the acceleration limit changed.
-bool DriveTrainLearning::learnLimit() {
-  const double now = timing_.acceleration_limit, share = theta_(kLimitShare);
-  const bool followed = share >= kFollowedShare;
-  if (!followed) largest_limit_ = std::max(least_limit_, share * now);
-  const double limit = followed ? std::min(kTrialRatio * best_.acceleration, largest_limit_) : largest_limit_;
-  if (limit == now || (followed && limit < now)) return false;
-  setLimit(limit);
-  return true;
-}
-
-/// Raises the limit during a ramp that the wheels follow, before the end of the change. True if the limit changed.
-bool DriveTrainLearning::openLimit() {
-  std::size_t i = sample_ - 1;
-  const Sample& now = samples_[i % kSamples];
-  while (i > 0 && sample_ - i < kSamples && now.time - samples_[i % kSamples].time < kRamp) --i;
-  const Sample& before = samples_[i % kSamples];
-  const double steps = now.time - before.time;
-  if (state_ != State::changing || steps < kRamp || steps > 2.0 * kRamp) return false;
-  const WheelVector asked =
-      commands_[(step_ - 1) % kCommands] - commands_[static_cast<std::size_t>(before.time) % kCommands];
-  const WheelVector followed = now.speed - before.speed;
-  const double ramp = timing_.acceleration_limit / wheel_radius_ * steps * kStep;
-  // Both wheels have to follow. An encoder that shows far more than commanded is wrong and does not count.
-  bool ramps = false;
-  for (int side = 0; side < 2; ++side) {
-    if (std::abs(std::abs(asked(side)) / ramp - 1.0) > kRampTolerance) continue;
-    const double share = followed(side) / std::copysign(ramp, asked(side));
-    if (share < kFollowedShare || share > kGainRange) return false;
-    ramps = true;
+  for (auto& of_lag : minima_) {
+    for (std::size_t i = 0; i < kGrid; ++i) of_lag[i].free_energy += of_turn[i];
   }
-  const double limit = std::min(kTrialRatio * timing_.acceleration_limit, largest_limit_);
-  if (!ramps || limit <= timing_.acceleration_limit) return false;
-  setLimit(limit);
-  return true;
+  variance_ = std::max({wheel_variance_, least / samples_, square(kModelError) * motion_ / samples_});
 }
 
-/// Sets another acceleration limit [m/s^2], and resets the share of the last one.
-void DriveTrainLearning::setLimit(double limit) {
-  timing_.acceleration_limit = limit;
-  fit_.setAccelerationLimit(limit);
-  theta_(kLimitShare) = 1.0;
-  for (DriveTrainSums& kept : memory_) kept = kept.marginalised(kLimitShare);
-}
-
-std::optional<DriveTrainTiming> DriveTrainLearning::takenOver() {
-  const int i = std::clamp(bestDeadTime(), 1, DriveTrainFit::kGrid - 2);
-  // A parabola through the least F and its neighbours.
-  const Minimum before = minimum(i - 1), at = minimum(i), after = minimum(i + 1);
-  const double bend = before.free_energy - 2.0 * at.free_energy + after.free_energy;
-  const double variance = square(kStep) / bend;
-  if (bend <= 0.0 || variance > square(kLargestDoubt)) return std::nullopt;
-  const double offset = std::clamp(0.5 * (before.free_energy - after.free_energy) / bend, -1.0, 1.0);
-  const DriveTrainTiming found{std::clamp(kStep * (i + offset), 0.0, kLongestTiming.dead_time),
-                               std::exp(theta_(kLogLag)), timing_.acceleration_limit, theta_(kGainShare)};
-  // Change of the lag with the dead time, and significance of the lag at a known dead time.
-  const double along = found.lag * (after.change(kLogLag) - before.change(kLogLag)) / (2.0 * kStep);
-  const double alone = square(found.lag) * at.log_lag_variance;
-  const auto beyondDoubt = [](double by, double of_variance) {
-    return std::abs(by) > std::max(DriveTrainFit::kStep, thresholds::kSure * std::sqrt(of_variance));
+/// True if the timing changed.
+bool DriveTrainLearning::takeOver() {
+  if (!explained()) return false;
+  int lag = 1, late = 1;
+  for (int i = 1; i + 1 < kLags; ++i) {
+    for (int j = 1; j + 1 < kGrid; ++j) {
+      const auto at = [&](int a, int b) {
+        return minima_[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)].free_energy;
+      };
+      if (at(i, j) < at(lag, late)) lag = i, late = j;
+    }
+  }
+  // F by the indices of dead time and lag, about the least one.
+  const auto at = [&](int later, int slower) {
+    return minima_[static_cast<std::size_t>(lag + slower)][static_cast<std::size_t>(late + later)].free_energy;
   };
+  const Eigen::Vector2d gradient(0.5 * (at(1, 0) - at(-1, 0)), 0.5 * (at(0, 1) - at(0, -1)));
+  Eigen::Matrix2d H;
+  H(0, 0) = at(1, 0) + at(-1, 0) - 2.0 * at(0, 0);
+  H(1, 1) = at(0, 1) + at(0, -1) - 2.0 * at(0, 0);
+  H(0, 1) = H(1, 0) = 0.25 * (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1));
+  if (H(0, 0) <= 0.0 || H(1, 1) <= 0.0) return false;
+  const double most = 0.95 * std::sqrt(H(0, 0) * H(1, 1));
+  H(0, 1) = H(1, 0) = std::clamp(H(0, 1), -most, most);
+  const Eigen::Vector2d vertex = (-H.inverse() * gradient).cwiseMax(-1.0).cwiseMin(1.0);
+  DriveTrainTiming found = timing_;
+  found.dead_time = std::clamp(kSpacing * (late + vertex(0)), 0.0, kLongestTiming.dead_time);
+  found.lag = std::min(lagOf(lag + vertex(1)), kLongestTiming.lag);
+  const Eigen::Vector2d away((timing_.dead_time - found.dead_time) / kSpacing,
+                             indexOf(timing_.lag) - indexOf(found.lag));
   const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
-  const double stronger = std::abs(found.gain_share - timing_.gain_share);
-  const bool gain = stronger > std::max(kLeastGainChange, thresholds::kSure * std::sqrt(at.gain_variance));
-  if (!gain && !beyondDoubt(later, variance) && !beyondDoubt(slower, alone + square(along) * variance) &&
-      !beyondDoubt(later + slower, alone + square(1.0 + along) * variance)) {
-    return std::nullopt;
-  }
+  const bool relevant = std::max({std::abs(later), std::abs(slower), std::abs(later + slower)}) > kLeastChange;
+  const Minimum& best = minima_[static_cast<std::size_t>(lag)][static_cast<std::size_t>(late)];
+  const double stronger = std::abs(best.gain - timing_.gain_share);
+  const bool gain = stronger > std::max(kLeastGainChange, std::sqrt(2.0 * kSureOdds * best.gain_variance));
+  if (!gain && !(relevant && 0.5 * away.dot(H * away) > kSureOdds)) return false;
+  found.gain_share = best.gain;
+  for (DriveTrainFit& fit : fits_) fit.setGain(best.gain);
   timing_ = found;
-  return found;
+  return true;
 }
 
-DriveTrainLearning::Minimum DriveTrainLearning::minimum(int i) const {
-  const DriveTrainSums& sums = memory_[static_cast<std::size_t>(i)];
-  const DriveTrainVector precision = deviations().cwiseAbs2().cwiseInverse();
-  DriveTrainMatrix curvature = sums.curvature;
-  curvature.diagonal() += precision;
-  const DriveTrainVector slope = sums.slope + precision.cwiseProduct(expected() - theta_);
-  const auto solver = curvature.ldlt();
-  const DriveTrainVector change = solver.solve(slope);
-  const double late = i * kStep - timing_.dead_time;
-  return {change, 0.5 * (sums.squares - slope.dot(change) + square(late / kDeadTimeDeviation)),
-          solver.solve(DriveTrainVector::Unit(kLogLag))(kLogLag),
-          solver.solve(DriveTrainVector::Unit(kGainShare))(kGainShare)};
+/// Tries a higher acceleration limit once the wheels follow the present one. True if it changed.
+bool DriveTrainLearning::raiseLimit() {
+  const double limit = std::min(kTrialRatio * limit_, largest_limit_);
+  const double of_less = *std::min_element(by_share_.begin() + 1, by_share_.end());
+  if (!explained() || of_less - by_share_[0] < kSureOdds || limit <= limit_) return false;
+  return setLimit(limit, 0);
 }
 
-int DriveTrainLearning::bestDeadTime() const {
-  int best = 0;
-  double least = HUGE_VAL;
-  for (int i = 0; i < DriveTrainFit::kGrid; ++i) {
-    const double candidate = minimum(i).free_energy;
-    if (candidate < least) least = candidate, best = i;
+/// Takes a lower acceleration limit at the end of a motion: during a ramp, a small gain looks the same. True if it
+/// changed.
+bool DriveTrainLearning::lowerLimit() {
+  const auto best = static_cast<std::size_t>(std::min_element(by_share_.begin(), by_share_.end()) - by_share_.begin());
+  if (by_share_[0] - by_share_[best] < kSureOdds) return false;
+  double share = kShares[best];
+  if (best + 1 < kShares.size()) {
+    // The grid is even in ln lambda.
+    const double above = by_share_[best - 1] - by_share_[best], below = by_share_[best + 1] - by_share_[best];
+    share *= std::pow(kShares[1], 0.5 * (above - below) / (above + below));
   }
-  return best;
+  largest_limit_ = std::max(least_limit_, share * limit_);
+  return largest_limit_ < limit_ && setLimit(largest_limit_, static_cast<int>(best));
+}
+
+/// Sets the limit that the motors seem to have [m/s^2], which the runs of one share have followed so far. True if the
+/// timing changed: an identified limit stays.
+bool DriveTrainLearning::setLimit(double limit, int same) {
+  limit_ = limit;
+  for (int lag = 0; lag < kLags; ++lag) {
+    fit(lag, 0).become(fit(lag, same), this->limit(0));
+    for (int run = 1; run < kRuns; ++run) fit(lag, run).become(fit(lag, 0), this->limit(run));
+  }
+  if (!identified_) timing_.acceleration_limit = limit;
+  return !identified_;
 }
 
 }  // namespace jackal_aic

@@ -1,32 +1,30 @@
 #pragma once
 
 /// @file
-/// Learning of the drive train's dead time delta and lag T from the motion of the wheels under their commands.
+/// Learning of the drive train's dead time delta, lag T, gain and acceleration limit from the motion of the wheels
+/// under their commands.
 ///
-/// Commands and measurements of the last seconds are kept. When a change of the commands has settled, or has lasted for
-/// long, the motion of the wheels is compared with that of a drive train of parameters theta (drive_train_fit.hpp). It
-/// is compared for every dead time of a grid. With n measurements the free energy is
+/// A drive train runs through the commands for each lag and each share lambda of the acceleration limit of a grid
+/// (drive_train_fit.hpp). With the measurements so far, for each of them and each dead time, the free energy is
 ///
-///     F(delta, theta) = n/(2 n_0) ln sum_k epsilon_k^2 + 1/2 (theta - theta_1)' Pi_0 (theta - theta_1)
-///                       + 1/2 (delta - delta_0)^2 / sigma_delta^2 + earlier changes,
+///     F(delta, T, lambda) = min over theta of   sum_k epsilon_k^2 / (2 n_0 sigma^2) + earlier motions + prior
 ///
-/// where the residual's variance is estimated with it. n_0 measurements count as one, because the residuals are not
-/// white noise. theta_1 is what was learned before, with the configured lag. The search for the minimum starts with the
-/// present lag and with others, because at the acceleration limit the gradient near a short lag does not show a longer
-/// one. It continues by Gauss-Newton steps from the best, over a few hundred inner steps with two measurements in each.
-/// An earlier change has 0.7 of the weight of the next, as a parabola around theta. A change that the model does not
-/// explain is ignored. A turn does not count for lag and gain, because there the integral of the motor's velocity loop
-/// first has to carry the ground's torque. The model adopts dead time, lag and gain once they are significant; the
-/// disturbance has a separate belief (wheel_belief.hpp). Constant commands change nothing.
+/// with the gain share gamma and offset o in theta, and the least mean square sigma^2 of the residuals epsilon. n_0
+/// measurements count as one, because the residuals are not white noise. The prior has the configured or restored
+/// values as its mean. A paraboloid through the least F in (delta, ln T) and its neighbours gives both and their
+/// covariance. The model takes them over as soon as they are significant, in the middle of a motion too. A motion ends
+/// when the commands have been constant for long; constant commands change nothing. An earlier motion has 0.7 of the
+/// weight of the next. One that no drive train explains is ignored. A turn counts for the dead time alone, because
+/// there the integral of the motor's velocity loop first has to carry the ground's torque.
 ///
-/// The acceleration limit of a robot without identification opens, in the middle of an acceleration too: twice the
-/// acceleration that the wheels followed is tried next, up to the first that the motors could not follow (lambda < 1).
-/// It does not fall below half of the configured limit.
+/// The acceleration limit of a robot without identification opens: once the evidence is that the wheels follow the
+/// present limit and not a share of it, twice the limit is tried, up to the first that the motors cannot follow. It
+/// does not fall below half of the configured limit.
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/model/drive_train.hpp"
@@ -57,7 +55,7 @@ void describeFields(Visitor& v, DriveTrainTiming& p) {
   v.field("acceleration_limit", p.acceleration_limit, {0.0, 1000.0}, "m/s^2", Presence::optional);
 }
 
-/// Learning of dead time, lag and acceleration limit, the same for both sides. Nothing here allocates.
+/// Learning of dead time, lag, gain and acceleration limit, the same for both sides. Only the constructor allocates.
 class DriveTrainLearning {
  public:
   /// @param model to start from; @param wheel_radius r [m]; @param wheel_variance Sigma_y of a measured wheel speed,
@@ -74,7 +72,7 @@ class DriveTrainLearning {
   /// the timing changed.
   bool withdrawGain();
 
-  /// Excludes the recent commands and motion from learning.
+  /// Excludes the present motion from learning, and what comes until the runs are right again.
   void resetMotion();
 
   /// Sets a timing, with the weight of a configured one.
@@ -87,105 +85,64 @@ class DriveTrainLearning {
   const DriveTrainTiming& timing() const { return timing_; }
 
  private:
-  static constexpr double kStep = DriveTrainFit::kStep;
-  static constexpr int kTicks = static_cast<int>(kStep / DriveTrain::kStep + 0.5);  // inner steps in one of the fit
-  static constexpr std::size_t kCommands = 1024;  // steps that are kept; the longest change, and the time to review it
-  static constexpr std::size_t kSamples = 512;    // measurements that are kept, as long at the least distance
-  using Sums = DriveTrainFit::Sums;
+  static constexpr int kGrid = DriveTrainFit::kGrid;
+  static constexpr int kLags = 10;
+  static constexpr std::array<double, 4> kShares{1.0, 0.8, 0.63, 0.5};  // lambda
+  static constexpr int kRuns = static_cast<int>(kShares.size());        // of each lag
 
-  /// Measured wheel speeds.
-  struct Sample {
-    WheelVector speed = WheelVector::Zero();  // [rad/s]
-    double time = 0.0;                        // in steps
-  };
-
-  /// A change of the commands: a range of the kept steps.
-  struct Change {
-    std::size_t first = 0;        // step from which the drive train runs
-    std::size_t counted = 0;      // step from which measurements count
-    std::size_t next_step = 0;    // of the run under way
-    std::size_t next_sample = 0;  // of the run under way
-    std::size_t first_sample = 0;
-    std::size_t end_sample = 0;
-    bool turns = false;                         // a turn: the lag is that of loaded motors
-    double last_time = 0.0;                     // of the last measurement of the run, in steps
-    WheelVector resting = WheelVector::Zero();  // wheel speeds of before [rad/s]
-  };
-
-  /// The best run of a review.
-  struct Best {
-    DriveTrainVector theta = DriveTrainVector::Zero();
-    double free_energy = HUGE_VAL;
-    Sums sums;
-    double samples = 0.0;
-    double motion = 0.0;
-    double acceleration = 0.0;  // [m/s^2]
-  };
-
-  /// Minimum along theta over the changes so far, for one dead time.
+  /// Minimum along theta.
   struct Minimum {
-    DriveTrainVector change;  // of theta
-    double free_energy;
-    double log_lag_variance;  // of ln T, with this dead time
-    double gain_variance;     // of gamma, with this dead time
+    double free_energy = 0.0;
+    double gain = 1.0;           // gamma
+    double gain_variance = 0.0;  // of it
   };
+  /// Minima by lag and dead time, along the share of the limit.
+  using Minima = std::array<std::array<Minimum, kGrid>, kLags>;
 
-  enum class State { unknown, settled, changing };
-
+  DriveTrainFit& fit(int lag, int run) { return fits_[static_cast<std::size_t>(lag * kRuns + run)]; }
+  double limit(int run) const;
   void watch(const WheelVector& given);
-  bool settles() const;
-  void endChange();
-  double turnShare(std::size_t first) const;
-  WheelVector restingSpeed(std::size_t first, std::size_t& first_sample) const;
-  void run(const DriveTrainVector& theta);
-  void review();
-  void judge();
-  DriveTrainVector deviations() const;
-  DriveTrainVector expected() const;
-  double freeEnergy(const DriveTrainFit& fit) const;
-  double leastSquares() const;
-  DriveTrainVector newtonStep() const;
-  void learn();
-  bool learnLimit();
-  bool openLimit();
-  void setLimit(double limit);
-  std::optional<DriveTrainTiming> takenOver();
-  Minimum minimum(int i) const;
-  int bestDeadTime() const;
+  void count();
+  bool endMotion();
+  bool turns() const;
+  bool explained() const;
+  double weight() const;
+  Minimum minimum(const DriveTrainSums& sums) const;
+  void compare();
+  bool takeOver();
+  bool raiseLimit();
+  bool lowerLimit();
+  bool setLimit(double limit, int same);
 
   double wheel_radius_;
   double wheel_variance_;
   bool identified_;
   double least_limit_;  // that is learned [m/s^2]
+  double limit_ = 0.0;  // that the motors seem to have [m/s^2]
   DriveTrainTiming timing_;
-  double largest_limit_ = kLongestTiming.acceleration_limit;  // that the motors may follow [m/s^2]
-  double expected_log_lag_ = 0.0;                             // ln T of the configured or restored timing
-  DriveTrainVector theta_ = DriveTrainVector::Zero();         // around which memory_ is
-  Sums memory_;                                               // of earlier changes, over the variance of each
+  DriveTrainTiming expected_;   // as configured or restored
+  double largest_limit_ = 0.0;  // that the motors may follow [m/s^2]
+  std::vector<DriveTrainFit> fits_;
+  std::array<double, kGrid> turns_memory_{};  // F of earlier turns by dead time
 
-  // Kept commands and measurements.
-  std::array<WheelVector, kCommands> commands_{};  // of each step, a ring [rad/s]
-  std::array<Sample, kSamples> samples_;           // a ring
-  std::size_t step_ = 0;                           // steps so far
-  std::size_t sample_ = 0;                         // measurements so far
-  WheelVector given_ = WheelVector::Zero();        // sum of the commands since the last step [rad/s]
-  int ticks_ = 0;                                  // inner steps since then
-
-  State state_ = State::unknown;
+  // Motion under way.
+  WheelVector given_ = WheelVector::Zero();    // sum of the commands since the last step of the runs [rad/s]
+  int ticks_ = 0;                              // inner steps since then
+  WheelVector before_ = WheelVector::Zero();   // commands when the motion began [rad/s]
   WheelVector resting_ = WheelVector::Zero();  // commands about which they are settled [rad/s]
-  std::size_t known_ = 0;                      // step since which the motion is known
-  std::size_t settled_ = 0;                    // steps since the commands last changed
-  std::size_t first_ = 0;                      // step from which the drive train of the present change runs
-  std::size_t counted_ = 0;                    // step from which its measurements count
+  double settled_ = 0.0;                       // time since they last changed [s]
+  double unknown_ = 0.0;                       // time until the runs are right [s]
+  bool moving_ = false;                        // the commands have changed since then
+  double turn_ = 0.0, straight_ = 0.0;         // largest change of the difference and sum of the commands [rad/s]
+  WheelVector measured_ = WheelVector::Zero();
+  WheelVector filtered_ = WheelVector::Zero();  // measured speeds behind the washout filter [rad/s]
+  double since_counted_ = 0.0;                  // time since a measurement counted [s]
+  double samples_ = 0.0;                        // measurements that count, of both wheels
+  double motion_ = 0.0;                         // sum of their filtered squares
+  double variance_ = 0.0;                       // sigma^2
 
-  // The change that is reviewed.
-  bool reviewing_ = false;
-  int runs_ = 0;
-  Change change_;
-  DriveTrainFit fit_;
-  Best best_;
-  DriveTrainVector next_ = DriveTrainVector::Zero();  // step from the best theta
-  std::optional<DriveTrainTiming> learned_;           // not adopted by the model yet
+  Minima minima_;
+  std::array<double, kShares.size()> by_share_{};  // least F of each share of the limit
 };
 
 }  // namespace jackal_aic
