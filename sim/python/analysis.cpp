@@ -21,8 +21,8 @@ CertificateWithAdvice withAdvice(const LinearLoop& loop) {
 }
 
 const PlantModel& plantModelOf(const Parameters& parameters) {
-  if (!parameters.node.plant_model) throw ParameterError("plant_model.*: missing; it describes the robot");
-  return *parameters.node.plant_model;
+  if (!parameters.plant_model) throw ParameterError("plant_model.*: missing; it describes the robot");
+  return *parameters.plant_model;
 }
 
 /// A controller with its model, on a robot that may differ from it. @throws ParameterError for the open loop.
@@ -37,14 +37,14 @@ LinearLoop loopOf(const DriveParameters& drive, const PlantModel& model, const P
 
 CertificateWithAdvice certificateOf(const Parameters& parameters, const py::dict& robot) {
   const PlantModel model = drivenModel(plantModelOf(parameters));
-  const LinearLoop loop = loopOf(parameters.node, model, changed(model, robot));
+  const LinearLoop loop = loopOf(parameters, model, changed(model, robot));
   py::gil_scoped_release release;
   return withAdvice(loop);
 }
 
 /// The loop of a controller on its model and on each corner of the model's confidence box, the model first.
 std::vector<LinearLoop> linearLoops(const std::string& robot, const std::string& controller, const py::dict& changes) {
-  const DriveParameters drive = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes)).drive;
+  const DriveParameters drive = sim::loadSetup(controller, robot, overridesOf(changes)).drive;
   const PlantModel model = drivenModel(drive.plant_model.value_or(PlantModel{}));
   std::vector<LinearLoop> loops{loopOf(drive, model, model)};
   for (const PlantModel& actual : confidenceBox(model)) loops.push_back(loopOf(drive, model, actual));
@@ -176,8 +176,8 @@ void bindOdometry(py::module& m) {
       .def(py::init([](const Parameters& parameters) {
              PredictiveParameters own;
              own.learn_drive_train = false;  // as of a loop whose controller has another belief
-             const auto* predictive = std::get_if<PredictiveParameters>(&parameters.node.controller);
-             return std::make_unique<Odometry>(predictive != nullptr ? *predictive : own, parameters.node.geometry,
+             const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
+             return std::make_unique<Odometry>(predictive != nullptr ? *predictive : own, parameters.geometry,
                                                drivenModel(plantModelOf(parameters)));
            }),
            py::arg("parameters"), "Needs a plant model. Raises ValueError without one.")
@@ -236,7 +236,7 @@ void bindFaults(py::module& m) {
                              "Probability of each of gyro and acceleration, while it counts, that it is faulty.");
   py::class_<FaultMonitor>(m, "FaultMonitor", "Fault detection per channel from prediction errors.")
       .def(py::init([](const Parameters& parameters) {
-             return FaultMonitor(parameters.node.faults.value_or(FaultParameters{}), parameters.node.geometry,
+             return FaultMonitor(parameters.faults.value_or(FaultParameters{}), parameters.geometry,
                                  plantModelOf(parameters));
            }),
            py::arg("parameters"), "Needs a plant model. Raises ValueError without one.")

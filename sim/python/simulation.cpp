@@ -53,12 +53,6 @@ struct Recording {
   std::vector<std::tuple<double, std::string, bool>> findings;  // time [s], reason, and whether it is a fault
 };
 
-/// Recorded steps and columns of a run.
-struct Wanted {
-  bool samples_only;  // steps with a sample
-  bool odometry;
-};
-
 /// Lets Ctrl-C end a drive.
 void heedSignals() {
   py::gil_scoped_acquire gil;
@@ -70,15 +64,15 @@ void heedSignals() {
 class ClosedLoop {
  public:
   ClosedLoop(sim::JackalPlant& plant, DriveLoop& drive, const sim::LoopSetup& setup, sim::Faults faults,
-             const Wanted& wanted)
+             bool samples_only, bool odometry)
       : plant_(plant),
         drive_(drive),
         faults_(std::move(faults), setup.plant),
         phase_(setup.loop.phase),
         support_(setup.plant.support),
         kinematics_(setup.drive.geometry),
-        wanted_(wanted) {
-    if (wanted.odometry) odometry_.emplace(makeOdometry(setup.drive, drive));
+        samples_only_(samples_only) {
+    if (odometry) odometry_.emplace(makeOdometry(setup.drive, drive));
   }
 
   /// Drives along set points from rest, for a time [s].
@@ -102,7 +96,7 @@ class ClosedLoop {
       if (const auto due = drive_.advance(now)) plant_.command(command_ = *due);
       if (odometry_) odometry_->advance(drive_.command(), sim::JackalPlant::kStep);
       noteEvent(now);
-      if (sample || !wanted_.samples_only) record(now);
+      if (sample || !samples_only_) record(now);
       if (k % 1000 == 999) heedSignals();
     }
   }
@@ -212,7 +206,7 @@ class ClosedLoop {
   double phase_;  // s
   sim::Support support_;
   SkidSteerKinematics kinematics_;
-  Wanted wanted_;
+  bool samples_only_;  // records the steps with a sample
   std::optional<Odometry> odometry_;
   SetPoint set_point_;
   WheelCommand command_;            // last [rad/s]
@@ -225,12 +219,6 @@ class ClosedLoop {
   Recording recording_;
 };
 
-/// The loop of a run: named controllers drive in the loop of the experiments, Parameters in that of the node.
-struct Run {
-  sim::LoopSetup setup;
-  std::optional<PlantModel> monitor_model;  // of an additional fault detection
-};
-
 /// Refuses overrides without effect on a controller from outside the setup. @throws ParameterError as loadSetup().
 void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const char*> sections) {
   for (const auto& [key, value] : overrides) {
@@ -240,24 +228,18 @@ void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const 
   }
 }
 
-Run runOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides,
-          const std::optional<py::dict>& monitored) {
-  Run run;
-  if (py::isinstance<Parameters>(controller)) {
-    requireHeeded(overrides, {"plant", "loop"});
-    run.setup = sim::loadSetup(packageFiles(), sim::kDifferentialDrive, robot, overrides);
-    run.setup.drive = driveParameters(controller.cast<const Parameters&>());
-    return run;
-  }
-  if (py::isinstance<py::str>(controller)) {
-    run.setup = sim::loadSetup(packageFiles(), controller.cast<std::string>(), robot, overrides);
-  } else {
+/// The loop of a run: named controllers, and those of Python, drive in the loop of the experiments, Parameters in that
+/// of the node.
+sim::LoopSetup setupOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides) {
+  if (py::isinstance<py::str>(controller)) return sim::loadSetup(controller.cast<std::string>(), robot, overrides);
+  if (!py::isinstance<Parameters>(controller)) {
     requireHeeded(overrides, {"plant", "loop", "robot", "limits"});
-    run.setup = sim::loadSetup(packageFiles(), "standard", robot, overrides);
-    run.setup.structure = [controller, drive = run.setup.drive] { return controllerOf(drive, controller); };
+    return sim::loadSetup("standard", robot, overrides);
   }
-  if (monitored) run.monitor_model = changed(sim::monitorModel(packageFiles(), robot), *monitored);
-  return run;
+  requireHeeded(overrides, {"plant", "loop"});
+  sim::LoopSetup setup = sim::loadSetup(sim::kDifferentialDrive, robot, overrides);
+  setup.drive = driveParameters(controller.cast<const Parameters&>());
+  return setup;
 }
 
 /// Rows as an array, one column after the other.
@@ -276,17 +258,18 @@ py::array_t<double> tableOf(const std::vector<Row>& rows) {
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
                    double duration, const std::vector<FaultData>& fault_list, const py::dict& changes,
                    std::optional<bool> monitor, const py::dict& monitor_model, bool samples_only, bool odometry) {
-  const bool monitored = monitor.value_or(!fault_list.empty());
-  Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt);
-  sim::LoopSetup& setup = run.setup;
+  sim::LoopSetup setup = setupOf(robot, controller, overridesOf(changes));
+  const bool as_node = py::isinstance<Parameters>(controller), named = py::isinstance<py::str>(controller);
   if (monitor == false) setup.drive.faults.reset();
+  if (!as_node && monitor.value_or(!fault_list.empty()))
+    setup.monitor = changed(sim::monitorModel(robot), monitor_model);
   sim::Faults faults;
   for (const FaultData& fault : fault_list) faults.push_back(faultOf(fault));
 
   sim::JackalPlant plant(setup.urdf, setup.plant);
-  DriveLoop drive = run.monitor_model ? sim::monitoredLoop(setup, *run.monitor_model) : sim::makeLoop(setup);
+  DriveLoop drive = sim::makeLoop(setup, as_node || named ? nullptr : controllerOf(setup.drive, controller));
   drive.release();
-  ClosedLoop loop(plant, drive, setup, std::move(faults), {samples_only, odometry});
+  ClosedLoop loop(plant, drive, setup, std::move(faults), samples_only, odometry);
   {
     py::gil_scoped_release release;
     loop.run(set_points, duration);
@@ -303,11 +286,10 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
 }
 
 py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes) {
-  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes));
-  constexpr const char* kStructures[] = {"thesis", "predictive", "diff_drive"};
+  const sim::LoopSetup setup = sim::loadSetup(controller, robot, overridesOf(changes));
   constexpr const char* kSections[] = {"controller", "predictive", "diff_drive"};
   py::dict all;
-  all["structure"] = kStructures[setup.drive.controller.index()];
+  all["structure"] = structureOf(setup.drive);
   all["plant"] = dictOf(fieldsOf(setup.plant));
   all["geometry"] = dictOf(fieldsOf(setup.drive.geometry));
   const std::vector<Field> gains =
@@ -349,9 +331,7 @@ simulate().)");
       .def(py::init<std::uint64_t>(), py::arg("seed"))
       .def(
           "__call__", [](std::mt19937_64& generator) { return generator(); }, "64 random bits.");
-  py::tuple statuses(5);
-  for (int i = 0; i < 5; ++i) statuses[static_cast<py::size_t>(i)] = py::str(text(static_cast<DriveStatus>(i)));
-  m.attr("STATUSES") = statuses;
+  m.attr("STATUSES") = wordsOf<DriveStatus>(5);
   m.attr("CAUSES") = wordsOf<StopCause>(kStopCauses);
   m.attr("FAULTS") = wordsOf<Fault>(kFaults);
 }
