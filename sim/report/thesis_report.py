@@ -154,9 +154,9 @@ def claim_table(verdicts, name):
 
 
 def figure_groups(experiment):
-    """Panels of one figure of the thesis together: 5-3a and 5-3b are figure 5-3."""
-    panels = experiment.get('figures', [])
-    return [(key, list(group)) for key, group in itertools.groupby(panels, key=lambda p: p['figure'].rstrip('ab'))]
+    """The panels of each figure."""
+    panels = [dict(figure, **part) for figure in experiment.get('figures', ()) for part in figure.get('parts', [{}])]
+    return [(key, list(group)) for key, group in itertools.groupby(panels, key=lambda panel: panel['figure'])]
 
 
 def draw(key):
@@ -228,12 +228,9 @@ def data_sections(results):
             for name, thesis in results.tables.items() if thesis['kind'] in makers]
 
 
-BEYOND = ('comparison', 'belief_accuracy')  # kinds of experiments that the thesis has not
-
-
 def reproduced(results):
     """Names of the experiments that reproduce the thesis or its figures."""
-    return [name for name, experiment in results.experiments.items() if experiment['kind'] not in BEYOND]
+    return [name for name, experiment in results.experiments.items() if experiment['kind'] != 'comparison']
 
 
 def figures_shown(results):
