@@ -25,12 +25,7 @@ BARS = [
     (('3-1a', '3-1b', '5-1', '5-2', '5-4', '5-5', '5-6', '5-9'), 'all tables of step responses', 'all'),
 ]
 
-FITTED = [  # key of the plant, words, unit
-    ('dead_time', 'dead time', 's'),
-    ('motor_lag', 'motor lag', 's'),
-    ('velocity_loop_integral', 'velocity loop integral', '1/s'),
-    ('acceleration_limit', 'acceleration limit', 'm/s²'),
-]
+FITTED = {'dead_time': 's', 'motor_lag': 's', 'velocity_loop_integral': '1/s', 'acceleration_limit': 'm/s²'}  # keys of the plant, and units
 
 GAINS = (('belief_hz', 'belief {:g} Hz'), ('action_hz', 'action {:g} Hz'), ('tau', 'τ {:g}'), ('kappa_mu', 'κ_μ {:g}'), ('kappa_a', 'κ_a {:g}'),
          ('orders', 'p {:g}'))
@@ -209,7 +204,7 @@ def notes_of(results, name):
     if shared and experiment['kind'] != 'usable_range':
         notes.append('In all rows: ' + ', '.join(shared) + '.')
     if name == 'orders':
-        notes.append(answers.number_of_orders(results).text)
+        notes.append(answers.number_of_orders(results).ours)
     return [note for note in notes if note]
 
 
@@ -241,7 +236,8 @@ def figures_shown(results):
 
 def plant_table(results):
     box, ground = (results.config(name)['plant'] for name in ('plant_box', 'plant'))
-    return [{'fitted parameter': words, 'box': f'{box[key]:g}', 'ground': f'{ground[key]:g}', 'unit': unit} for key, words, unit in FITTED]
+    return [{'fitted parameter': key.replace('_', ' '), 'box': f'{box[key]:g}', 'ground': f'{ground[key]:g}', 'unit': unit}
+            for key, unit in FITTED.items()]
 
 
 REPEATABLE = 0.15  # ln: the thesis' own repeats of one condition differ by more

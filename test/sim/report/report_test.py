@@ -48,14 +48,14 @@ class Report(unittest.TestCase):
 
     def test_every_answer_holds_and_is_one_sentence(self):
         for question, answer, _ in answers.answered(self.results):
-            self.assertTrue(answer.holds, question + ' ' + answer.text)
-            self.assertEqual(len(re.findall(r'\.(?: |$)', answer.text)), 1, answer.text)
+            self.assertTrue(answer.agrees, question + ' ' + answer.ours)
+            self.assertEqual(len(re.findall(r'\.(?: |$)', answer.ours)), 1, answer.ours)
 
     def test_an_answer_that_the_runs_do_not_support_is_found(self):
         improved = claims.pick(self.results.comparable('table_5-9'), controller='improved')
         kept = improved.row['settling_s']
         improved.row['settling_s'] = '0.9'
-        self.assertFalse(answers.faster_and_accurate(self.results).holds)
+        self.assertFalse(answers.faster_and_accurate(self.results).agrees)
         improved.row['settling_s'] = kept
 
     def test_the_page_of_evidence_counts_the_statements(self):
