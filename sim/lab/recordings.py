@@ -13,6 +13,7 @@ import jackal_aic
 import numpy
 
 import engine
+import metrics
 import robots
 import search
 
@@ -40,7 +41,6 @@ class Recording(typing.NamedTuple):
     wheel_radius: float
     wheel_distance: float
     has_imu: bool
-    gyro_reversed: bool  # the file's gyro has the other sign; yaw_rate is corrected
     time: numpy.ndarray
     wheels: numpy.ndarray
     yaw_rate: numpy.ndarray
@@ -129,11 +129,8 @@ def read(path):
         raise ValueError("'{}': {}".format(path, error)) from error
     wheels, yaw_rate = numpy.stack([found[key] for key in SENSORS[:2]], axis=1), found['gyro_z_radps']
     acceleration = numpy.stack([found[key] for key in SENSORS[3:6]], axis=1)
-    turns = _part(wheels, 1)
-    # The gyro, and not the wheels against their commands, has the wrong sign.
-    reversed_gyro = bool(numpy.sum(yaw_rate * turns) < 0.0 <= numpy.nansum(_part(commands, 1) * turns))
-    return Recording(name, radius, distance, bool((yaw_rate != 0.0).any() or (acceleration[:, 2] != 0.0).any()), reversed_gyro, time, wheels,
-                     -yaw_rate if reversed_gyro else yaw_rate, acceleration, found['lidar_yaw_rad'], commands, step, steady, starts)
+    return Recording(name, radius, distance, bool((yaw_rate != 0.0).any() or (acceleration[:, 2] != 0.0).any()), time, wheels,
+                     yaw_rate, acceleration, found['lidar_yaw_rad'], commands, step, steady, starts)
 
 
 def paths(directory):
@@ -175,10 +172,8 @@ class CommandPath(typing.NamedTuple):
 
     def parts(self, commands):
         """Mean and difference of the sides after gains and cut, shape (n, 2)."""
-        commands = numpy.asarray(commands)
-        return numpy.stack([self.forward_gain * commands.mean(axis=-1),
-                            numpy.clip(self.yaw_gain * (commands[..., 1] - commands[..., 0]), -self.largest_difference,
-                                       self.largest_difference)], axis=-1)
+        return numpy.stack([self.forward_gain * _part(commands, 0), numpy.clip(
+            self.yaw_gain * _part(commands, 1), -self.largest_difference, self.largest_difference)], axis=-1)
 
     def slowed(self, parts):
         """Sides of means and differences, shape (n, 2)."""
@@ -256,21 +251,16 @@ def applied_commands(recording, path):
 
 # ---- replay
 
-def identify(recording, commands, end=None):
-    """jackal_aic.identify() on the samples with known commands before one of them."""
-    time, known = recording.time[:end, None], ~numpy.isnan(commands[:end, 0])
-    yaw = numpy.hstack([time, recording.yaw_rate[:end, None]])[known] if recording.has_imu else None
-    return jackal_aic.identify(numpy.hstack([time, commands[:end]])[known], numpy.hstack([time, recording.wheels[:end]]), yaw,
-                               recording.wheel_radius)
-
-
 def known_model(recording, commands, identified):
-    """Plant model of the loop, and the reason of a failed identification."""
-    model = dict(robots.assumed_model(), sensor_rate=20.0)
+    """Plant model of the loop, identified from the first half of a recording or assumed, and the reason of a failed identification."""
+    model, half = dict(robots.assumed_model(), sensor_rate=20.0), len(recording.time) // 2
     if not identified:
         return model, ''
+    time, known = recording.time[:half, None], ~numpy.isnan(commands[:half, 0])
+    yaw = numpy.hstack([time, recording.yaw_rate[:half, None]])[known] if recording.has_imu else None
     try:
-        found = identify(recording, commands, len(recording.time) // 2)
+        found = jackal_aic.identify(numpy.hstack([time, commands[:half]])[known], numpy.hstack([time, recording.wheels[:half]]), yaw,
+                                    recording.wheel_radius)
     except ValueError as error:
         return model, str(error)
     if found.gain.unknown:
@@ -363,8 +353,7 @@ def replay(recording, path, identified, altered=None):
     if recording.has_imu and judged.any() and numpy.sum(difference[taught]**2) > 0.0:
         constant = numpy.sum(difference[taught] * turn[taught]) / numpy.sum(difference[taught]**2)
         ours = turn - numpy.array([loop.usual_yaw_rate(*wheels) for wheels in blocks.wheels])
-        figures['yaw_error'] = float(numpy.sqrt(numpy.mean(ours[judged]**2)))
-        figures['constant_error'] = float(numpy.sqrt(numpy.mean((turn - constant * difference)[judged]**2)))
+        figures.update(yaw_error=metrics.rms(ours[judged]), constant_error=metrics.rms((turn - constant * difference)[judged]))
     return figures
 
 
@@ -383,24 +372,16 @@ def _decimals(value):
     return '-' if value is None else '{:.3f}'.format(value)
 
 
-def _gyro(recording, identified, path):
-    """Column gyro; a reversed gyro has to be detected."""
-    if not recording.gyro_reversed:
-        return 'as the wheels' if recording.has_imu else 'none'
-    found = replay(recording, path, identified, reversed_gyro)['reversed_told']
-    return 'reversed, not found' if found is None else 'reversed, found after {:.0f} s'.format(found)
-
-
 def row(item):
     """A row of the table with its figures."""
     path, identified = item
     recording = read(path)
-    command_path = fit_path(recording)
-    figures = replay(recording, command_path, identified)
+    figures = replay(recording, fit_path(recording), identified)
+    told = figures['reversed_told']
+    gyro = 'none' if not recording.has_imu else 'as the wheels' if told is None else 'reversed, found after {:.0f} s'.format(told)
     cells = (recording.name, 'refused' if figures['refusal'] else figures['model'], '{:.0f}'.format(figures['duration']),
-             str(figures['samples']), _gyro(recording, identified, command_path), str(len(figures['alarms'])),
-             '{:.2f}'.format(100.0 * figures['alarmed']), _decimals(figures['yaw_error']), _decimals(figures['constant_error']),
-             _decimals(ratio(figures)))
+             str(figures['samples']), gyro, str(len(figures['alarms'])), '{:.2f}'.format(100.0 * figures['alarmed']),
+             _decimals(figures['yaw_error']), _decimals(figures['constant_error']), _decimals(ratio(figures)))
     return cells, figures
 
 

@@ -156,7 +156,7 @@ class RecordingFiles(unittest.TestCase):
         recording = recordings.read(self.written('husky_floor.csv', self.log(
             '0.00,idle,0,0,1,2,0.1,0.2,0.3,9.8,0,0,0', '0.05,calib,0.5,1.0,1,2,0.1,0.2,0.3,9.8,0,0,0',
             '0.10,calib,0.5,1.0,1,2,0.1,0.2,0.3,9.8,0,0,0', '0.15,calib,0.5,0.0,1,2,0.1,0.2,0.3,9.8,0,0,0')))
-        self.assertEqual((recording.name, recording.has_imu, recording.gyro_reversed), ('husky_floor', True, False))
+        self.assertEqual((recording.name, recording.has_imu), ('husky_floor', True))
         self.assertEqual(recording.starts.tolist(), [True, True, False, False])
         self.assertEqual(recording.step.tolist(), [-1, 0, 0, 1])
         self.assertTrue(numpy.isnan(recording.commands[0]).all())
