@@ -4,19 +4,11 @@ import bisect
 import copy
 import math
 import random
+import types
 
 import rospy
 
 LARGEST, LARGEST_FLOAT32 = 1e300, 1e38
-
-
-class Wrong:
-    """A fault while a scenario runs."""
-
-    def __init__(self, fault):
-        self.fault = fault
-        self.first = None  # message in force when the fault began
-        self.second = False  # whether the next message is the second of a pair
 
 
 def places(topic, message, channel):
@@ -95,7 +87,9 @@ class Channel:
 
     def arm(self, faults, onset):
         """Forgets everything from before. onset [s]: from which `start` of a fault counts."""
-        self._wrong, self._onset, self._random = [Wrong(fault) for fault in faults], onset, random.Random(1)
+        # first: the message in force when a fault began; second: whether the next message is the second of a pair
+        self._wrong = [types.SimpleNamespace(fault=fault, first=None, second=False) for fault in faults]
+        self._onset, self._random = onset, random.Random(1)
         self._last_good, self._waiting = None, []
 
     def take(self, now, message):

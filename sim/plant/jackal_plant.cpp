@@ -76,7 +76,7 @@ struct JackalPlant::Implementation {
     supply = voltage();
     drive(left, left_blocked, truth.acting_command.left, kFrontLeft, kRearLeft);
     drive(right, right_blocked, truth.acting_command.right, kFrontRight, kRearRight);
-    world.step(kStep);
+    world.step();
     ++steps;
     for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_position[i] += kStep * world.wheelSpeed(i);
     observe();
