@@ -68,11 +68,6 @@ def errors(drive, motion):
     return figures
 
 
-def iae(error, tick=motions.TICK):
-    """Integral of the absolute error."""
-    return float(tick * numpy.sum(numpy.abs(error)))
-
-
 def swings(values, threshold):
     """Turning points that are further from the last one than a threshold."""
     count, direction, low, high = 0, 0, None, None

@@ -285,11 +285,6 @@ def samples_of(recording, commands):
                                held_out(recording.step)])
 
 
-def reversed_gyro(samples):
-    samples[:, 3] *= -1.0
-    return samples
-
-
 def recorded_loop(recording, model):
     """`predictive` as a node runs it, with a plant model (keys of plant_model.*), on a robot that another controller drives."""
     keys = {'plant_model.' + key: value for key, value in model.items() if value != ''}

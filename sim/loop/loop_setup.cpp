@@ -26,7 +26,7 @@ void addController(const std::string& name, ParameterMap& map) {
     addYamlFile(name, map);
     return;
   }
-  requireKnown("controller", name, controllerNames());
+  requireKnown("controller", name, {kDifferentialDrive, "standard", "improved", "tuned", "predictive"});
   map.add(configuration(name));
 }
 
@@ -41,7 +41,7 @@ PlantParameters addPlant(const std::string& name, ParameterMap& map) {
     map.add(file);
     return readSimulatedRobot(file);
   }
-  requireKnown("plant", name, plantNames());
+  requireKnown("plant", name, {"box", "ground", "real"});
   map.add(configuration(name == "ground" ? "plant" : "plant_" + name));
   return {};
 }
@@ -98,21 +98,7 @@ void refuseUnheeded(const ParameterMap& file, const Overrides& overrides) {
   }
 }
 
-void apply(const Overrides& overrides, ParameterMap& map) {
-  for (const auto& [key, value] : overrides) setFromText(key, value, map);
-}
-
 }  // namespace
-
-const std::vector<std::string>& controllerNames() {
-  static const std::vector<std::string> names{kDifferentialDrive, "standard", "improved", "tuned", "predictive"};
-  return names;
-}
-
-const std::vector<std::string>& plantNames() {
-  static const std::vector<std::string> names{"box", "ground", "real"};
-  return names;
-}
 
 void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names) {
   if (contains(names, name)) return;
@@ -127,7 +113,7 @@ LoopSetup loadSetup(const std::string& controller, const std::string& plant, con
   const PlantParameters robot = addPlant(plant, map);
   ParameterMap nominal = map;
   refuseUnheeded(map, overrides);
-  apply(overrides, map);
+  for (const auto& [key, value] : overrides) setFromText(key, value, map);
 
   LoopSetup setup;
   setup.plant = readParameters<PlantParameters>(map, "plant", robot);

@@ -41,20 +41,13 @@ struct LoopSetup {
   std::optional<PlantModel> monitor;  ///< model of a fault detection, which may differ from the controller's; else none
 };
 
-/// Names of controllers that loadSetup() takes; it also takes a file.
-const std::vector<std::string>& controllerNames();
-
-/// Names of plants that loadSetup() takes; it also takes a file.
-const std::vector<std::string>& plantNames();
-
 /// Requires a known name. @param what kind of name, for the message, which also mentions a file.
 /// @throws ParameterError with the names, if it is not.
 void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names);
 
 /// Reads the parameters of a loop.
-/// @param controller a preset (config/NAME.yaml) or a YAML file with the keys of a preset; a file with
-/// the key
-///        diff_drive is the differential drive.
+/// @param controller a preset (config/NAME.yaml) or a YAML file with the keys of a preset; a file with the key
+/// diff_drive is the differential drive.
 /// @param plant "box", "ground" (the calibrated plants of config/), "real" (config/plant_real.yaml) or a YAML file with
 /// the key plant. The controller's model of the drive train is that of the plant's file, without overrides of the plant
 /// and, for a named plant, without its offset. Keys plant_model.* change the model.

@@ -266,7 +266,7 @@ class Recordings(unittest.TestCase):
                 continue
             commands = recordings.applied_commands(recording, command_path)
             loop = recordings.recorded_loop(recording, recordings.known_model(recording, commands, False)[0])
-            _, _, told = recordings.watched(loop, recording, recordings.reversed_gyro(recordings.samples_of(recording, commands)))
+            _, _, told = recordings.watched(loop, recording, changed(recordings.samples_of(recording, commands), [3], numpy.negative))
             self.assertIsNotNone(told, path)
             speed = 0.5 / recording.wheel_radius  # of wheels, rad/s
             configured = 1.0 / (1.5 * recording.wheel_distance)
