@@ -9,6 +9,7 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'lab'))
 import engine  # noqa: E402
+import thesis  # noqa: E402, F401
 
 REST = 0.5  # s before a step, as in the lab's motions
 

@@ -16,7 +16,7 @@ import claims
 import figures
 import hypothesis
 from markup import fixed, rendered
-from results import Results, engine
+from results import Results, engine, thesis as lab
 
 # What the fit has to reach, as mean |ln(ours/thesis)|: tables, how they were used, name of the bar.
 BARS = [
@@ -104,12 +104,9 @@ def square_table(runs):
              'largest velocity / set point': f'{100 * claims.share_reached(run):.0f} %' if run.bounded else 'unstable'} for run in runs]
 
 
-BOUNDS = {'tau': 1e-5, 'kappa_mu': 1e3, 'kappa_a': 1e3}  # of the search for usable ranges
-
-
 def limit_text(run, parameter):
     value = run[parameter]
-    if abs(value / BOUNDS[parameter] - 1.0) < 1e-6:
+    if value in (lab.LEAST, lab.MOST):
         return f'no limit down to {value:g}' if parameter == 'tau' else f'no limit up to {value:g}'
     return f'{value:.3g}'
 
