@@ -38,8 +38,8 @@ sim::InjectedFault faultOf(const FaultData& data) {
 }
 
 /// The columns of a drive, and those with odometry=True, whose names jackal_aic/_simulation.py has.
-using Row = std::array<double, 22>;
-using OdometryRow = std::array<double, 13>;
+using Row = Eigen::Array<double, 22, 1>;
+using OdometryRow = Eigen::Array<double, 13, 1>;
 
 double headingOf(const Eigen::Quaterniond& q) {
   return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
@@ -154,28 +154,14 @@ class ClosedLoop {
     const VelocityController& controller = drive_.controller();
     const BodyVector believed = controller.hasBelief() ? controller.believedVelocity() : BodyVector::Constant(kNaN);
     const DriveLoopStatus status = drive_.status();
-    recording_.rows.push_back({now,
-                               set_point_.forward,
-                               set_point_.yaw_rate,
-                               velocity(kForward),
-                               velocity(kYaw),
-                               truth.position.x(),
-                               truth.position.y(),
-                               headingOf(truth.orientation),
-                               wheels.left,
-                               wheels.right,
-                               kinematics_.bodyVelocity(measured_)(kForward),
-                               measured_yaw_rate_,
-                               measured_.left,
-                               measured_.right,
-                               believed(kForward),
-                               believed(kYaw),
-                               command_.left,
-                               command_.right,
-                               static_cast<double>(status.decision.status),
-                               static_cast<double>(status.decision.cause),
-                               static_cast<double>(status.fault),
-                               counted_.all() ? 1.0 : 0.0});
+    const auto whole = [](auto value) { return static_cast<double>(value); };
+    Row row;
+    row << now, set_point_.forward, set_point_.yaw_rate, velocity(kForward), velocity(kYaw), truth.position.x(),
+        truth.position.y(), headingOf(truth.orientation), wheels.left, wheels.right,
+        kinematics_.bodyVelocity(measured_)(kForward), measured_yaw_rate_, measured_.left, measured_.right,
+        believed(kForward), believed(kYaw), command_.left, command_.right, whole(status.decision.status),
+        whole(status.decision.cause), whole(status.fault), whole(counted_.all());
+    recording_.rows.push_back(row);
     if (odometry_) recordOdometry();
   }
 
@@ -185,9 +171,11 @@ class ClosedLoop {
     const PredictiveController* predictive = drive_.predictive();
     const Eigen::Matrix2d believed =
         predictive != nullptr ? predictive->motionCovariance() : Eigen::Matrix2d::Constant(kNaN).eval();
-    recording_.odometry.push_back({pose.x, pose.y, pose.heading, motion.forward, motion.yaw_rate,
-                                   motion.covariance(0, 0), motion.covariance(0, 1), motion.covariance(1, 1),
-                                   believed(0, 0), believed(0, 1), believed(1, 1), position_.left, position_.right});
+    OdometryRow row;
+    row << pose.x, pose.y, pose.heading, motion.forward, motion.yaw_rate, motion.covariance(0, 0),
+        motion.covariance(0, 1), motion.covariance(1, 1), believed(0, 0), believed(0, 1), believed(1, 1),
+        position_.left, position_.right;
+    recording_.odometry.push_back(row);
   }
 
   void noteEvent(double time) {
@@ -244,15 +232,9 @@ sim::LoopSetup setupOf(const std::string& robot, const py::object& controller, c
 
 /// Rows as an array, one column after the other.
 template <class Row>
-py::array_t<double> tableOf(const std::vector<Row>& rows) {
-  py::array_t<double> table({std::tuple_size<Row>::value, rows.size()});
-  auto values = table.mutable_unchecked<2>();
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t c = 0; c < rows[i].size(); ++c) {
-      values(static_cast<py::ssize_t>(c), static_cast<py::ssize_t>(i)) = rows[i][c];
-    }
-  }
-  return table;
+Eigen::Matrix<double, Row::SizeAtCompileTime, Eigen::Dynamic, Eigen::RowMajor> tableOf(const std::vector<Row>& rows) {
+  return Eigen::Map<const Eigen::Matrix<double, Row::SizeAtCompileTime, Eigen::Dynamic>>(
+      rows.empty() ? nullptr : rows.front().data(), Row::SizeAtCompileTime, static_cast<Eigen::Index>(rows.size()));
 }
 
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
