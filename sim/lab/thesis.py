@@ -23,10 +23,7 @@ LEAST, MOST = 1e-5, 1e3  # of that search
 
 def table(name):
     """A table as printed (sim/thesis/tables.yaml)."""
-    for found in engine.read_yaml('sim/thesis/tables.yaml')['tables']:
-        if found['table'] == name:
-            return found
-    raise ValueError('sim/thesis/tables.yaml: has no table {}'.format(name))
+    return next(found for found in engine.read_yaml('sim/thesis/tables.yaml')['tables'] if found['table'] == name)
 
 
 def steps(name):
@@ -34,7 +31,7 @@ def steps(name):
     found = table(name)
     for row in found['rows']:
         yield dict(row, table=name, controller=row.get('controller', found.get('controller')),
-                   plant=row.get('support', found.get('support')),
+                   plant=found.get('support', 'box'),
                    overrides={'controller.' + key: value for key, value in row.get('set', {}).items()})
 
 

@@ -217,7 +217,7 @@ def data_sections(results):
     """The tables of the thesis that hold settings, no results."""
     makers = {'tested_values': tested_table, 'controller_parameters': lambda thesis: parameter_table(results, thesis)}
     return [{'name': name, 'title': thesis['title'], 'table': makers[thesis['kind']](thesis)}
-            for name, thesis in results.tables.items() if thesis['kind'] in makers]
+            for name, thesis in results.tables.items() if thesis.get('kind') in makers]
 
 
 def reproduced(results):
