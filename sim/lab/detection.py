@@ -138,8 +138,7 @@ def most_swings(drive):
         late = slice(begin + int(numpy.searchsorted(drive.time[begin:end], drive.time[begin] + ARRIVAL)), end)
         for channel, threshold in SWINGS.items():
             values = getattr(drive, channel)[late]
-            if len(values) and numpy.ptp(values) > threshold:
-                most = max(most, metrics.swings(values.tolist(), threshold))
+            most = max(most, metrics.swings(values, threshold))
     return most
 
 

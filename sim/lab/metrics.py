@@ -2,6 +2,7 @@
 
 import jackal_aic
 import numpy
+import scipy.signal
 
 import motions
 
@@ -69,15 +70,8 @@ def errors(drive, motion):
 
 
 def swings(values, threshold):
-    """Turning points that are further from the last one than a threshold."""
-    count, direction, low, high = 0, 0, None, None
-    for value in values:
-        low, high = (value, value) if low is None else (min(low, value), max(high, value))
-        turned = -1 if direction >= 0 and high - value > threshold else 1 if direction <= 0 and value - low > threshold else 0
-        if turned:
-            count += direction != 0
-            direction, low, high = turned, value, value
-    return count
+    """Turning points that stand out from both their neighbours by more than a threshold."""
+    return sum(len(scipy.signal.find_peaks(sign * numpy.asarray(values), prominence=threshold)[0]) for sign in (1.0, -1.0))
 
 
 def normalised_error(error_speed, error_yaw_rate, speed_variance, covariance, yaw_rate_variance):
