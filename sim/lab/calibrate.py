@@ -35,11 +35,6 @@ TASKS = (Task('box', 'plant_box.yaml', ('5-1', '5-2', '5-4', '5-5', '5-6', '5-9'
               {'dead_time': (0.03, 0.2), 'motor_lag': (0.002, 0.12), 'velocity_loop_integral': (0.1, 30.0), 'acceleration_limit': (0.8, 10.0)}))
 
 
-def compared(tables):
-    """Rows of tables, each with its integrator for the comparison."""
-    return [(row, thesis.comparable_integrator(row)) for table in tables for row in thesis.steps(table)]
-
-
 def responses(plant, item):
     """Settling and rise of a row on a plant without noise (overrides of plant.*), by dead time and band."""
     (row, integrator), shift = item
@@ -77,7 +72,8 @@ class Fit:
     """The cost of a plant: mean error of the tables and of their trends over dead times and bands."""
 
     def __init__(self, task, jobs):
-        self.task, self.items, self.jobs = task, compared(task.tables), jobs
+        self.task, self.jobs = task, jobs
+        self.items = [(row, thesis.comparable_integrator(row)) for table in task.tables for row in thesis.steps(table)]
         plant = engine.settings(task.plant, 'diff_drive')['plant']
         self.start = {key: plant[key] for key in task.ranges}
         self.low, self.high = numpy.log(list(task.ranges.values())).T

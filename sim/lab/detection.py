@@ -95,16 +95,13 @@ def write(out, jobs=0, real=False):
 
 # ---- hours without a fault
 
-def quiet(drive):
-    """False alarms of a robots.QuietDrive."""
+def quiet(item):
+    """False alarms of a robots.quiet_drive(), by its arguments."""
+    drive = robots.quiet_drive(*item)
     plant = engine.settings(drive.plant, drive.controller, drive.overrides)['plant']
     overrides = dict(drive.overrides, **robots.scaled(plant, drive.ratios))
     return alarms(engine.drive(drive.plant, drive.controller, drive.motion, overrides, monitor={'identified': drive.identified},
                                samples_only=True))
-
-
-def _quiet_number(item):
-    return quiet(robots.quiet_drive(*item))
 
 
 def quiet_hours(hours, seed, real=False, jobs=0):
@@ -113,7 +110,7 @@ def quiet_hours(hours, seed, real=False, jobs=0):
     if not 1.0 <= drives <= 1e6 or drives != int(drives):
         raise ValueError('quiet-hours = {:g}: must be a multiple of 0.5 and at most 500000 h'.format(hours))
     items = [(seed, number, QUIET_TIME, True, real) for number in range(int(drives))]
-    found = engine.parallel(_quiet_number, items, jobs, 'quiet hours')
+    found = engine.parallel(quiet, items, jobs, 'quiet hours')
     for item, alarm in zip(items, found):
         if alarm['faults']:
             print('{}: {}: {} alarms, first {}'.format(item[1], robots.quiet_drive(*item), alarm['faults'], alarm['fault']))

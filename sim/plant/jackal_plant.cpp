@@ -27,11 +27,9 @@ RigidBody loaded(const RigidBody& chassis, const PlantParameters& p) {
 /// The robot of the URDF with the load and tyres of the parameters.
 RobotModel changed(RobotModel model, const PlantParameters& p) {
   model.chassis = loaded(model.chassis, p);
-  for (const Wheel left : {kFrontLeft, kRearLeft}) {
-    if (p.wheel_radius_left > 0.0) model.wheels[left].radius = p.wheel_radius_left;
-  }
-  for (const Wheel right : {kFrontRight, kRearRight}) {
-    if (p.wheel_radius_right > 0.0) model.wheels[right].radius = p.wheel_radius_right;
+  for (const Wheel wheel : {kFrontLeft, kFrontRight, kRearLeft, kRearRight}) {
+    const double radius = wheel == kFrontLeft || wheel == kRearLeft ? p.wheel_radius_left : p.wheel_radius_right;
+    if (radius > 0.0) model.wheels[wheel].radius = radius;
   }
   return model;
 }

@@ -206,20 +206,6 @@ void bindOdometry(py::module& m) {
           "motion_covariance", [](const Odometry& o) { return o.motion().covariance; }, "Of the motion, shape (2, 2).");
 }
 
-py::dict distancesOf(const FaultReport& report) {
-  py::dict distances;
-  distances["left"] = report.wheel_left.distance;
-  distances["right"] = report.wheel_right.distance;
-  return distances;
-}
-
-py::dict probabilitiesOf(const FaultReport& report) {
-  py::dict probabilities;
-  probabilities["gyro"] = report.gyro.probability;
-  probabilities["acceleration"] = report.accelerometer.probability;
-  return probabilities;
-}
-
 void bindFaults(py::module& m) {
   py::class_<FaultReport>(m, "FaultReport", "What the fault monitor thinks of the robot after a sample.")
       .def_property_readonly(
@@ -230,10 +216,18 @@ void bindFaults(py::module& m) {
           "valid", [](const FaultReport& r) { return channelsOf(r.valid()); },
           "Channels that count; see Observation.valid.")
       .def_property_readonly(
-          "distances", &distancesOf,
+          "distances",
+          [](const FaultReport& r) {
+            return py::dict(py::arg("left") = r.wheel_left.distance, py::arg("right") = r.wheel_right.distance);
+          },
           "Mahalanobis distance of each wheel's last prediction error, in multiples of the bound of an outlier.")
-      .def_property_readonly("probabilities", &probabilitiesOf,
-                             "Probability of each of gyro and acceleration, while it counts, that it is faulty.");
+      .def_property_readonly(
+          "probabilities",
+          [](const FaultReport& r) {
+            return py::dict(py::arg("gyro") = r.gyro.probability,
+                            py::arg("acceleration") = r.accelerometer.probability);
+          },
+          "Probability of each of gyro and acceleration, while it counts, that it is faulty.");
   py::class_<FaultMonitor>(m, "FaultMonitor", "Fault detection per channel from prediction errors.")
       .def(py::init([](const Parameters& parameters) {
              return FaultMonitor(parameters.faults.value_or(FaultParameters{}), parameters.geometry,

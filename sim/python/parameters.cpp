@@ -49,14 +49,9 @@ Parameters readParameters(const std::string& preset, const std::string& plant_mo
   return checked(std::move(map), overrides);
 }
 
-ParameterMap mapOf(const Parameters& parameters) {
+py::dict values(const Parameters& parameters) {
   ParameterMap map;
   addYamlText(configurationText(parameters), "parameters", map);
-  return map;
-}
-
-py::dict values(const Parameters& parameters) {
-  ParameterMap map = mapOf(parameters);
   py::dict dict;
   for (const std::string& key : map.keys()) dict[key.c_str()] = py::cast(*map.take(key));
   return dict;

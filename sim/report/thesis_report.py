@@ -151,18 +151,11 @@ def figure_groups(experiment):
     return [(key, list(group)) for key, group in itertools.groupby(panels, key=lambda panel: panel['figure'])]
 
 
-def draw(key):
-    """Image of one figure, (experiment, figure)."""
-    name, figure = key
-    experiment = draw.results.experiments[name]
-    return figures.figure_image(draw.results.runs[name], dict(figure_groups(experiment))[figure], experiment['kind'] == 'squares')
-
-
 def draw_all(results):
-    """All images, by experiment and figure. The processes inherit the results."""
-    draw.results = results
-    keys = [(name, figure) for name, experiment in results.experiments.items() for figure, _ in figure_groups(experiment)]
-    return dict(zip(keys, engine.parallel(draw, keys, title='figures')))
+    """All images, by experiment and figure."""
+    items = {(name, figure): (results.runs[name], panels, experiment['kind'] == 'squares')
+             for name, experiment in results.experiments.items() for figure, panels in figure_groups(experiment)}
+    return dict(zip(items, engine.parallel(figures.figure_image, items.values(), title='figures')))
 
 
 def figure_section(results, images, name):

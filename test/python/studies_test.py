@@ -71,7 +71,7 @@ class Detection(unittest.TestCase):
     def test_quiet_drives_raise_no_alarm(self):
         drives = [(20, number, 240.0, number % 3 != 2) for number in range(20)]
         drives += [(1, number, 600.0, True, True) for number in (0, 1, 6, 16)]
-        for item, alarms in zip(drives, engine.parallel(quiet, drives)):
+        for item, alarms in zip(drives, engine.parallel(detection.quiet, drives)):
             self.assertEqual(alarms['fault'], '', robots.quiet_drive(*item))
             self.assertGreater(alarms['samples'], 25000 / 600.0 * item[2])
 
@@ -92,10 +92,6 @@ class Detection(unittest.TestCase):
 def ordinary(case):
     """Five minutes as calibrated, and two under every other condition."""
     return detection.ordinary(case, 300.0 if case[0] == 'predictive' and case[2] == 'as calibrated' else 120.0)
-
-
-def quiet(item):
-    return detection.quiet(robots.quiet_drive(*item))
 
 
 def over_the_sill(item):
