@@ -58,7 +58,7 @@ struct JackalPlant::Implementation {
         delay(p.dead_time, kStep),
         left(p, model.wheels[kFrontLeft].radius, kStep),
         right(p, model.wheels[kFrontRight].radius, kStep),
-        encoder_filter(p.encoder_filter, kStep),
+        encoder_lag(p.encoder_filter > 0.0 ? std::exp(-kStep / p.encoder_filter) : 0.0),
         sampling(p.sensor_rate),
         imu_sampling(p.imu_rate),
         feedback_sampling(p.feedback_rate),
@@ -102,7 +102,11 @@ struct JackalPlant::Implementation {
     const ChassisState chassis = world.chassis();
     updateTruth(chassis);
     PlantTruth seen = truth;
-    seen.wheel_velocity = encoder_filter.update(truth.wheel_velocity);
+    // A low-pass, exact for constant speeds: dw_f/dt = (w - w_f) / T.
+    for (std::size_t i = 0; i < filtered.size(); ++i) {
+      seen.wheel_velocity[i] = filtered[i] =
+          seen.wheel_velocity[i] + encoder_lag * (filtered[i] - seen.wheel_velocity[i]);
+    }
     force_sum += specificForce(chassis);
     ++force_count;
     const bool own_feedback = parameters.feedback_rate > 0.0, own_imu = parameters.imu_rate > 0.0;
@@ -199,7 +203,8 @@ struct JackalPlant::Implementation {
   CommandDelay delay;
   MotorLoop left;
   MotorLoop right;
-  EncoderFilter encoder_filter;
+  double encoder_lag;                // exp(-step/T): part of the difference that a step leaves
+  std::array<double, 4> filtered{};  // wheel speeds as the encoders see them [rad/s]
   Periodic sampling;
   Periodic imu_sampling;
   Periodic feedback_sampling;

@@ -113,14 +113,4 @@ Eigen::Vector3d SensorModel::noiseVector(double deviation) {
   return vector;
 }
 
-EncoderFilter::EncoderFilter(double time_constant, double step)
-    : kept_(time_constant > 0.0 ? std::exp(-step / time_constant) : 0.0) {}
-
-const std::array<double, 4>& EncoderFilter::update(const std::array<double, 4>& wheel_velocity) {
-  for (std::size_t i = 0; i < filtered_.size(); ++i) {
-    filtered_[i] = wheel_velocity[i] + kept_ * (filtered_[i] - wheel_velocity[i]);
-  }
-  return filtered_;
-}
-
 }  // namespace jackal_aic::sim
