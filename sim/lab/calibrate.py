@@ -60,10 +60,8 @@ def trend_error(rows, settlings):
                        if rows[k]['table'] == row['table'] and rows[k].get(key, '') == row.get(key, '')), None)
         if before is None or not rows[before].get('settling') or not row.get('settling'):
             continue
-        slow, fast = (before, i) if rows[before]['settling'] >= row['settling'] else (i, before)
-        fall = math.log(rows[slow]['settling'] / rows[fast]['settling'])
-        ours = settlings[slow], settlings[fast]
-        total += max(0.0, fall - math.log(ours[0] / ours[1])) if all(ours) else MISSING
+        theirs, ours = math.log(rows[before]['settling'] / row['settling']), (settlings[before], settlings[i])
+        total += max(0.0, math.copysign(1.0, theirs) * (theirs - math.log(ours[0] / ours[1]))) if all(ours) else MISSING
         count += 1
     return total / count if count else 0.0
 

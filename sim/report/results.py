@@ -10,8 +10,7 @@ import numpy
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'lab'))
 import engine  # noqa: E402
 import thesis  # noqa: E402, F401
-
-REST = 0.5  # s before a step, as in the lab's motions
+from motions import REST  # noqa: E402, F401
 
 # Columns with the conditions of a run, in the order of the CSV files.
 CONDITIONS = ('controller', 'plant', 'step_mps', 'step_radps', 'belief_hz', 'action_hz', 'tau', 'kappa_mu', 'kappa_a', 'orders')
