@@ -23,7 +23,6 @@ BLACK, BLUE, VERMILION = '#000000', '#0072B2', '#D55E00'
 ROBOTS = ('nominal', 'slow', 'real')
 PICTURE = (('slow', '0.2 m/s', 'true_forward'), ('real', '0.5 rad/s', 'true_yaw_rate'))  # robot, step and signal of each panel
 LINES = {'diff_drive': ('stock controller', VERMILION), 'predictive': ('this package', BLUE)}
-LONG_GAP = 0.06  # s between two commands: three periods of a 50 Hz controller
 # Column: heading, digits, whether with a sign.
 TABLES = {'steady_error_pct': ('Steady-state error, % of the set point', 1, True),
           'settling_s': ('Settling time, s (within 5 % of the final speed, whichever that is)', 2, False)}
@@ -37,15 +36,6 @@ def table(metrics, column, digits, sign, controllers):
             lines.append([robot, rows[0]['step']] + ['unstable' if row['bounded'] != '1' else fixed(float(row[column]), digits, sign) if row[column]
                                                      else 'never' for row in rows])
     return '  ' + engine.aligned(lines, 2).replace('\n', '\n  ')
-
-
-def warn(metrics):
-    """One line per drive with late commands of a busy machine, whose figures are unreliable."""
-    for (_, controller), steps in metrics.items():
-        gap = max(float(step['command_gap_s']) for step in steps)
-        if gap > LONG_GAP:
-            print(f'Note: {controller} sent no command for {gap:.2f} s, because this machine was busy. '
-                  'Its figures are too bad; scripts/demo --speed 0.5 gives it more time.')
 
 
 def draw(path, responses, metrics):
@@ -79,7 +69,6 @@ def main(recordings, picture, controllers):
     draw(picture, responses, metrics)
     for column, (heading, digits, sign) in TABLES.items():
         print(heading, table(metrics, column, digits, sign, controllers), '', sep='\n')
-    warn(metrics)
 
 
 if __name__ == '__main__':

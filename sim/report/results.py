@@ -59,10 +59,6 @@ class Run:
             return self.trace['time_s'] - start, 0.5 * (self.trace['command_left_radps'] + self.trace['command_right_radps'])
         return self.trace['time_s'] - start, self.trace[column]
 
-    def error(self, column, reference):
-        """Root mean square of the difference of two columns of the trace."""
-        return float(numpy.sqrt(numpy.mean((self.trace[column] - self.trace[reference])**2)))
-
     def errors(self):
         """(name, ln(ours/thesis)) for settling and rise, where the thesis prints a number; 2 if we have none, as in the fit."""
         pairs = [(name, self[f'{name}_s'], self[f'thesis_{name}_s']) for name in ('settling', 'rise')]

@@ -17,6 +17,7 @@ import claims  # noqa: E402
 import hypothesis  # noqa: E402
 import thesis_report  # noqa: E402
 from drives import run  # noqa: E402
+import metrics  # noqa: E402
 import thesis  # noqa: E402
 from results import Results  # noqa: E402
 
@@ -183,6 +184,6 @@ class Report(unittest.TestCase):
         self.assertIn('(friction 0.1 and 0.07, the wall)', note)
         self.assertIn('At friction 0.15, with three times the noise and in the arcs', note)
         for run in self.results.runs['sliding_speed']:
-            wheels, belief = (run.error(column, 'velocity_mps') for column in ('measured_mps', 'belief_mps'))
+            wheels, belief = (metrics.rms(run.trace[column] - run.trace['velocity_mps']) for column in ('measured_mps', 'belief_mps'))
             slides = run.label in ('friction 0.1', 'friction 0.07', 'against a wall')
             self.assertEqual(wheels > 0.01 and belief < 0.8 * wheels, slides, run.label)
