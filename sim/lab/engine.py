@@ -45,15 +45,8 @@ def bars():
     return read_yaml('sim/lab/acceptance.yaml')
 
 
-@functools.lru_cache(maxsize=None)
-def _settings(robot, controller, overrides):
-    return jackal_aic.settings(robot, controller, dict(overrides))
-
-
 def settings(robot, controller, overrides=None):
-    """jackal_aic.settings(), remembered."""
-    hashable = tuple((key, tuple(value) if isinstance(value, list) else value) for key, value in (overrides or {}).items())
-    return _settings(robot, controller, hashable)
+    return jackal_aic.settings(robot, controller, overrides or {})
 
 
 def require_range(name, value, low, high):

@@ -10,9 +10,6 @@ FINAL = 0.5  # s at the end over which a final value is the mean
 RUNAWAY = 10.0  # multiples of the largest set point at which a belief counts as diverged
 INSIDE_95 = 5.991  # chi-squared with two degrees of freedom
 
-BELIEVED = {'speed': 'believed_speed', 'yaw_rate': 'believed_yaw_rate'}
-SET = {'speed': 'set_speed', 'yaw_rate': 'set_yaw_rate'}
-
 
 def has_belief(drive):
     return drive.controller_name != 'diff_drive'
@@ -27,8 +24,8 @@ def belief_ran_away(drive, channel):
     """A belief that is not finite or far beyond every set point, which the limits of the command can hide from the velocity."""
     if not has_belief(drive):
         return False
-    believed = getattr(drive, BELIEVED[channel])
-    largest = numpy.max(numpy.abs(getattr(drive, SET[channel])))
+    believed = getattr(drive, 'believed_' + channel)
+    largest = numpy.max(numpy.abs(getattr(drive, 'set_' + channel)))
     return bool(numpy.any(~(numpy.abs(believed) <= RUNAWAY * largest)))
 
 
@@ -64,8 +61,8 @@ def errors(drive, motion):
     figures['belief_rms_radps'] = rms((drive.believed_yaw_rate - drive.yaw_rate)[late])
     if motion.channel is not None:
         last = (drive.time >= motion.end - FINAL) & (drive.time <= motion.end)
-        error = getattr(drive, BELIEVED[motion.channel]) - getattr(drive, motion.channel)
-        figures['belief_bias_pct'] = float(100.0 * numpy.sum(error[last]) / numpy.sum(getattr(drive, SET[motion.channel])[last]))
+        error = getattr(drive, 'believed_' + motion.channel) - getattr(drive, motion.channel)
+        figures['belief_bias_pct'] = float(100.0 * numpy.sum(error[last]) / numpy.sum(getattr(drive, 'set_' + motion.channel)[last]))
     return figures
 
 

@@ -25,16 +25,6 @@ PHASES = ('standing', 'steady', 'transient')
 BELIEF_COLUMNS = ('plant', 'phase', 'nees', 'nees_forward', 'nees_yaw_rate', 'inside_95')
 
 
-def truth(drive, values):
-    """Speed and yaw rate of the robot; on the box those of its wheels by the track of the model."""
-    if values['plant']['support'] == 'ground':
-        return drive.speed, drive.yaw_rate
-    geometry = values['geometry']
-    track = values['plant_model']['effective_track'] or geometry['effective_track']
-    return (0.5 * geometry['wheel_radius'] * (drive.wheel_left + drive.wheel_right),
-            geometry['wheel_radius'] * geometry['slip_factor'] * (drive.wheel_right - drive.wheel_left) / track)
-
-
 def stock(drive, radius):
     """Pose (x, y, heading) of the stock controller's odometry: wheel speeds integrated on arcs."""
     left, right = numpy.diff(radius * drive.wheel_position_left), numpy.diff(radius * drive.wheel_position_right)
@@ -96,8 +86,7 @@ def consistency(item):
     plant, seed = item
     robot, overrides = ('real', robots.reality(seed)) if plant == 'drawn' else (plant, {'plant.seed': seed})
     drive = engine.drive(robot, 'predictive', drives_and_stops(seed), overrides, odometry=True)
-    speed, yaw_rate = truth(drive, engine.settings(robot, 'predictive', overrides))
-    errors = drive.believed_speed - speed, drive.believed_yaw_rate - yaw_rate
+    errors = drive.believed_speed - drive.speed, drive.believed_yaw_rate - drive.yaw_rate
     nees = metrics.normalised_error(*errors, drive.believed_speed_variance, drive.believed_covariance, drive.believed_yaw_rate_variance)
     single = errors[0]**2 / drive.believed_speed_variance, errors[1]**2 / drive.believed_yaw_rate_variance
     phase = numpy.where((numpy.arange(len(drive.time)) % 10 == 5) & (drive.time >= motions.REST), phases(drive), -1)

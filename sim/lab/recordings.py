@@ -7,6 +7,7 @@ Two kinds of CSV files, told apart by their columns: logs, in which the command 
 import csv
 import math
 import pathlib
+import types
 import typing
 
 import jackal_aic
@@ -30,35 +31,6 @@ BLOCK = 40  # samples of a steady piece
 TICK = 0.01  # s between calls of the loop's timer
 TRACK_MULTIPLIER, TRACK_RANGE = 1.5, 4.0  # of the distance of the sides; a Husky on a smooth floor turns by less than half of its geometry
 STUCK, REVERSED = 'does not move although its wheels turn', 'gyro turns against the wheels: mounted upside down?'
-
-
-class Recording(typing.NamedTuple):
-    """Arrays with a value for each sample: time [s]; wheels [rad/s], shape (n, 2); yaw_rate [rad/s]; acceleration [m/s^2], shape (n, 3);
-    heading [rad]; commands [rad/s], shape (n, 2), NaN where they are not known; step of the commands, -1 without one; whether the
-    robot moves steadily, and whether a stretch starts."""
-
-    name: str
-    wheel_radius: float
-    wheel_distance: float
-    has_imu: bool
-    time: numpy.ndarray
-    wheels: numpy.ndarray
-    yaw_rate: numpy.ndarray
-    acceleration: numpy.ndarray
-    heading: numpy.ndarray
-    commands: numpy.ndarray
-    step: numpy.ndarray
-    steady: numpy.ndarray
-    starts: numpy.ndarray
-
-
-class Blocks(typing.NamedTuple):
-    """Means over steady pieces of the steps: commands and wheels [rad/s], shapes (m, 2), and yaw_rate [rad/s]."""
-
-    step: numpy.ndarray
-    commands: numpy.ndarray
-    wheels: numpy.ndarray
-    yaw_rate: numpy.ndarray
 
 
 # ---- reading
@@ -116,7 +88,10 @@ def _read_windows(found):
 
 
 def read(path):
-    """A recording from a file. Raises ValueError with file and reason."""
+    """A recording from a file: its name, wheel_radius and wheel_distance [m], has_imu, and arrays with a value for each sample: time [s];
+    wheels [rad/s], shape (n, 2); yaw_rate [rad/s]; acceleration [m/s^2], shape (n, 3); heading [rad]; commands [rad/s], shape (n, 2), NaN
+    where they are not known; step of the commands, -1 without one; whether the robot moves steady, and whether a stretch starts.
+    Raises ValueError with file and reason."""
     name = pathlib.Path(path).stem
     known = [robot for robot in ROBOTS if name.startswith(robot)]
     if not known:
@@ -129,8 +104,10 @@ def read(path):
         raise ValueError("'{}': {}".format(path, error)) from error
     wheels, yaw_rate = numpy.stack([found[key] for key in SENSORS[:2]], axis=1), found['gyro_z_radps']
     acceleration = numpy.stack([found[key] for key in SENSORS[3:6]], axis=1)
-    return Recording(name, radius, distance, bool((yaw_rate != 0.0).any() or (acceleration[:, 2] != 0.0).any()), time, wheels,
-                     yaw_rate, acceleration, found['lidar_yaw_rad'], commands, step, steady, starts)
+    return types.SimpleNamespace(
+        name=name, wheel_radius=radius, wheel_distance=distance, has_imu=bool((yaw_rate != 0.0).any() or (acceleration[:, 2] != 0.0).any()),
+        time=time, wheels=wheels, yaw_rate=yaw_rate, acceleration=acceleration, heading=found['lidar_yaw_rad'], commands=commands, step=step,
+        steady=steady, starts=starts)
 
 
 def paths(directory):
@@ -142,7 +119,8 @@ def paths(directory):
 
 
 def steady_blocks(recording):
-    """Blocks of a recording, in order; the yaw rate is by the gyro, or else by lidar."""
+    """Steady pieces of a recording, in order: step; means of commands and wheels [rad/s], shapes (m, 2), and yaw_rate [rad/s], by the
+    gyro, or else by lidar."""
     usable = recording.steady & ~numpy.isnan(recording.commands[:, 0])
     ends = numpy.flatnonzero(recording.starts | _changes(recording.step) | _changes(usable))[1:]
     pieces = [piece for piece in numpy.split(numpy.arange(len(usable)), ends) if usable[piece[0]]]
@@ -153,7 +131,8 @@ def steady_blocks(recording):
     else:
         headings = numpy.unwrap(recording.heading[blocks], axis=1)
         turns = (headings[:, -1] - headings[:, 0]) / PERIOD / (BLOCK - 1)
-    return Blocks(recording.step[blocks[:, -1]], recording.commands[blocks[:, -1]], recording.wheels[blocks].mean(axis=1), turns)
+    return types.SimpleNamespace(step=recording.step[blocks[:, -1]], commands=recording.commands[blocks[:, -1]],
+                                 wheels=recording.wheels[blocks].mean(axis=1), yaw_rate=turns)
 
 
 # ---- what reached the motors

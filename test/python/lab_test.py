@@ -116,8 +116,9 @@ class Scenarios(unittest.TestCase):
         sets = []
 
         def look(node):
-            if isinstance(node, dict) and 'set' in node:
-                sets.append(node['set'])
+            if isinstance(node, dict):
+                sets.extend([node['set']] if 'set' in node else [])
+                sets.extend({**node.get('set', {}), key: value} for key, values in node.get('each', {}).items() for value in values)
             for child in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
                 look(child)
 
