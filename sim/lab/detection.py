@@ -80,17 +80,9 @@ def ordinary(case, duration=ORDINARY_TIME):
     return {'controller': controller, 'plant': plant, 'condition': condition, 'duration_s': duration, **alarms(drive)}
 
 
-def _either(item):
-    function, case = item
-    return function(case)
-
-
 def write(out, jobs=0, real=False):
-    out = engine.directory(out)
-    ordinaries, faults = ordinary_cases(real), cases(real)
-    rows = engine.parallel(_either, [(ordinary, c) for c in ordinaries] + [(detect, c) for c in faults], jobs, 'detection')
-    engine.save(out, 'detection.csv', rows[len(ordinaries):], DETECTION_COLUMNS)
-    engine.save(out, 'alarms.csv', rows[:len(ordinaries)], ALARM_COLUMNS)
+    engine.save(out, 'alarms.csv', engine.parallel(ordinary, ordinary_cases(real), jobs, 'alarms'), ALARM_COLUMNS)
+    engine.save(out, 'detection.csv', engine.parallel(detect, cases(real), jobs, 'detection'), DETECTION_COLUMNS)
 
 
 # ---- hours without a fault

@@ -73,10 +73,7 @@ def drives_and_stops(seed):
 def phases(drive):
     """Index in PHASES of each instant."""
     changed = metrics.set_point_changes(drive)
-    since = numpy.full(len(drive.time), -numpy.inf)
-    if len(changed):
-        last = numpy.searchsorted(changed, numpy.arange(len(drive.time)), side='right') - 1
-        since = numpy.where(last >= 0, drive.time[changed[last]], -numpy.inf)
+    since = numpy.append(-numpy.inf, drive.time[changed])[numpy.searchsorted(changed, numpy.arange(len(drive.time)), side='right')]
     stands = (drive.set_speed == 0.0) & (drive.set_yaw_rate == 0.0)
     return numpy.where(drive.time - since < UNSTEADY - 1e-9, 2, numpy.where(stands, 0, 1))
 

@@ -22,14 +22,10 @@ REALITY = (('wheel_offset', 0.0, 0.5), ('wheel_breakaway', 0.0, 0.8), ('wheel_ra
 ENCODER_STEPS = (0.0065, 0.06, 0.1)  # rad/s
 
 
-def rounded(value):
-    return float('{:.4g}'.format(value))
-
-
 def reality(seed):
     """A robot on some ground, as overrides of `real`."""
     draw = Draws(seed)
-    robot = {'plant.' + key: rounded(draw.between(low, high)) for key, low, high in REALITY}
+    robot = {'plant.' + key: float('{:.4g}'.format(draw.between(low, high))) for key, low, high in REALITY}
     robot['plant.encoder_step'] = draw.one_of(ENCODER_STEPS)
     robot['plant.seed'] = seed
     return robot

@@ -77,12 +77,12 @@ def printed(controller, plant, motion, overrides, label=''):
                                 overrides if own else with_integrator(overrides, integrator), True, label)
 
 
-def computed(name, time, set_speed, speed, believed=None, command=0.0):
+def computed(name, time, set_speed, speed, believed=math.nan, command=0.0):
     """A drive straight on that is computed and not simulated."""
     nothing = numpy.zeros_like(time)
     return types.SimpleNamespace(
         controller_name=name, time=time, set_speed=nothing + set_speed, set_yaw_rate=nothing, speed=speed, yaw_rate=nothing,
-        measured_speed=speed, measured_yaw_rate=nothing, believed_speed=believed, believed_yaw_rate=nothing,
+        measured_speed=speed, measured_yaw_rate=nothing, believed_speed=nothing + believed, believed_yaw_rate=nothing,
         command_left=nothing + command, command_right=nothing + command)
 
 

@@ -90,7 +90,6 @@ class SensorModel {
 
   Way& wayOf(SampleMessage message) { return message == SampleMessage::imu ? imu_way_ : way_; }
   double noise(double deviation);
-  double rollingSpeed(const PlantTruth& truth) const;
   Eigen::Vector3d noiseVector(double deviation);
 
   PlantParameters parameters_;

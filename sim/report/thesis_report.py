@@ -59,7 +59,8 @@ def ours(run, name):
 def step_table(results, name, thesis):
     """Ours and theirs for every row, with both integrators where the thesis' own one cannot run."""
     rows, shared = [], common(results.runs[name])
-    for entry, group in zip(thesis['rows'], grouped(results.runs[name])):
+    groups = itertools.groupby(results.runs[name], key=lambda run: run.conditions())  # by both integrators
+    for entry, group in zip(thesis['rows'], [list(found) for _, found in groups]):
         compared = figures.comparable(group)[0]
         for run in group if any(not run.bounded for run in group) else [compared]:
             theirs = {kind: 'unstable' if entry.get('unstable') else fixed(run[f'thesis_{kind}_s']) for kind in ('settling', 'rise')}
@@ -76,11 +77,6 @@ def step_table(results, name, thesis):
 def note_of(entry):
     printed = [f'printed "{entry["printed"]}"'] if 'printed' in entry else []
     return '; '.join(printed + [entry['note']] if 'note' in entry else printed)
-
-
-def grouped(runs):
-    """Runs of one condition (both integrators) together, in order."""
-    return [list(group) for _, group in itertools.groupby(runs, key=lambda run: run.conditions())]
 
 
 COLUMNS = (  # of our numbers: column, heading, digits, with a sign
