@@ -3,6 +3,9 @@
 import math
 import typing
 
+RATES = (50.0, 1000.0)  # Hz, of the belief update
+LIMITS = {'tau': 'τ', 'kappa_mu': 'κ_μ'}
+
 
 class Verdict(typing.NamedTuple):
     """Whether our runs agree, and our numbers in a sentence."""
@@ -170,10 +173,6 @@ def square_waves(results):
     words = 'largest velocity / set point: standard {}, improved {}'.format(
         *(', '.join(f'{100 * s:.0f} %' for s in shares) for shares in (standard, improved)))
     return Verdict(max(standard) < 0.99 <= min(improved), words)
-
-
-RATES = (50.0, 1000.0)  # Hz, of the belief update
-LIMITS = {'tau': 'τ', 'kappa_mu': 'κ_μ'}
 
 
 def limits(results, parameter, integrator='euler'):

@@ -25,6 +25,13 @@ BARS = [
     (('3-1a', '3-1b', '5-1', '5-2', '5-4', '5-5', '5-6', '5-9'), 'all tables of step responses', 'all'),
 ]
 
+COLUMNS = (  # of our numbers: column, heading, digits, with a sign
+    ('settling_s', 'settling [s]', 2, False), ('rise_s', 'rise [s]', 2, False), ('overshoot_pct', 'overshoot [%]', 1, False),
+    ('steady_error_pct', 'steady-state error [%]', 2, True), ('tracking_rms_mps', 'tracking, RMS [m/s]', 3, False),
+    ('tracking_rms_radps', 'tracking, RMS [rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False),
+    ('belief_rms_radps', 'belief, RMS [rad/s]', 4, False), ('effective_track', 'learned track [m]', 3, False))
+
+REPEATABLE = 0.15  # ln: the thesis' own repeats of one condition differ by more
 FITTED = {'dead_time': 's', 'motor_lag': 's', 'velocity_loop_integral': '1/s', 'acceleration_limit': 'm/s²'}  # keys of the plant, and units
 
 GAINS = (('belief_hz', 'belief {:g} Hz'), ('action_hz', 'action {:g} Hz'), ('tau', 'τ {:g}'), ('kappa_mu', 'κ_μ {:g}'), ('kappa_a', 'κ_a {:g}'),
@@ -77,13 +84,6 @@ def step_table(results, name, thesis):
 def note_of(entry):
     printed = [f'printed "{entry["printed"]}"'] if 'printed' in entry else []
     return '; '.join(printed + [entry['note']] if 'note' in entry else printed)
-
-
-COLUMNS = (  # of our numbers: column, heading, digits, with a sign
-    ('settling_s', 'settling [s]', 2, False), ('rise_s', 'rise [s]', 2, False), ('overshoot_pct', 'overshoot [%]', 1, False),
-    ('steady_error_pct', 'steady-state error [%]', 2, True), ('tracking_rms_mps', 'tracking, RMS [m/s]', 3, False),
-    ('tracking_rms_radps', 'tracking, RMS [rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False),
-    ('belief_rms_radps', 'belief, RMS [rad/s]', 4, False), ('effective_track', 'learned track [m]', 3, False))
 
 
 def run_table(runs):
@@ -201,9 +201,6 @@ def plant_table(results):
     box, ground = (results.config(name)['plant'] for name in ('plant_box', 'plant'))
     return [{'fitted parameter': key.replace('_', ' '), 'box': f'{box[key]:g}', 'ground': f'{ground[key]:g}', 'unit': unit}
             for key, unit in FITTED.items()]
-
-
-REPEATABLE = 0.15  # ln: the thesis' own repeats of one condition differ by more
 
 
 def bar_table(results):
