@@ -13,7 +13,7 @@ namespace {
 
 std::filesystem::path shareDirectory() {
   Dl_info library;  // <install>/lib/libjackal_aic_simulation.so, which programs and Python share
-  if (dladdr(reinterpret_cast<const void*>(&packageFile), &library) != 0) {
+  if (dladdr(reinterpret_cast<const void*>(&shareDirectory), &library) != 0) {
     auto installed = std::filesystem::path(library.dli_fname).parent_path().parent_path() / "share" / "jackal_aic";
     if (std::filesystem::exists(installed / "sim/thesis/tables.yaml")) return installed;
   }

@@ -32,9 +32,7 @@ constexpr double kSamplePeriod = 0.02;   // s
 
 using Tick = std::function<void()>;
 
-DriveParameters parametersOf(const char* controller) {
-  return sim::loadSetup(controller, "ground", {}).drive;
-}
+DriveParameters parametersOf(const char* controller) { return sim::loadSetup(controller, "ground", {}).drive; }
 
 /// Samples of a robot that drives the arc with the noise of its sensors: the same in every run.
 class Samples {
