@@ -27,19 +27,31 @@ Model linked(int orders) {
 using Fixed = LinearModel<2, 3, 1>;
 using Dynamic = LinearModel<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
 
+/// The linked model with a random belief, set point and measurement.
+struct Scene {
+  explicit Scene(int p)
+      : model(linked<Fixed>(p)),
+        mu(Fixed::Belief::Random(2, p + 1)),
+        mu_d(Fixed::Belief::Random(2, p + 1)),
+        y(Fixed::Measurement::Random(3, p + 1)) {}
+
+  PredictionErrors<Fixed> errors() const { return predictionErrors(model, mu, y, mu_d); }
+
+  Fixed model;
+  Fixed::Belief mu, mu_d;
+  Fixed::Measurement y;
+};
+
 TEST(ActiveInference, StepsStatesThatAreLinkedByTheWholeMap) {
   for (int p = 0; p <= kMaxOrders; ++p) {
-    const auto model = linked<Fixed>(p);
     for (const Integrator integrator : {Integrator::exact, Integrator::euler}) {
+      auto [model, mu, mu_d, y] = Scene(p);
       const BeliefUpdate update(model, 0.3, 0.01, integrator);
-      Fixed::Belief mu = Fixed::Belief::Random(2, p + 1);
-      const Fixed::Belief mu_d = Fixed::Belief::Random(2, p + 1);
-      const Fixed::Measurement y = Fixed::Measurement::Random(3, p + 1);
       const Fixed::Belief b = beliefDerivative(model, 0.3, model.still(), y, mu_d);
-      const Eigen::VectorXd expected = update.transition() * Eigen::Map<Eigen::VectorXd>(mu.data(), mu.size()) +
-                                       update.inputTransition() * Eigen::Map<const Eigen::VectorXd>(b.data(), b.size());
+      const Eigen::Map<const Eigen::VectorXd> state(mu.data(), mu.size()), input(b.data(), b.size());
+      const Eigen::VectorXd expected = update.transition() * state + update.inputTransition() * input;
       update.step(mu, y, mu_d);
-      EXPECT_TRUE(expected.isApprox(Eigen::Map<Eigen::VectorXd>(mu.data(), mu.size()), 1e-13)) << "p " << p;
+      EXPECT_TRUE(expected.isApprox(state, 1e-13)) << "p " << p;
     }
   }
 }
@@ -63,6 +75,34 @@ TEST(ActiveInference, IsTheSameOfSizesThatTheCompilerDoesNotKnow) {
     EXPECT_TRUE(fixed.belief().isApprox(dynamic.belief(), 1e-12));
   }
   EXPECT_NEAR(freeEnergy(fixed.model(), fixed.errors()), freeEnergy(dynamic.model(), dynamic.errors()), 1e-9);
+}
+
+TEST(ActiveInference, ErrorsAreThoseOfThePaper) {
+  const Scene scene(2);
+  const PredictionErrors<Fixed> errors = scene.errors();
+  // (3-7): eps_mu = mu' - (mu_d - mu)/tau, eps_mu' = mu'' - (mu_d' - mu')/tau, mu''' = 0
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Vector2d next = Eigen::Vector2d::Zero();
+    if (i < 2) next = scene.mu.col(i + 1);
+    EXPECT_TRUE(errors.state.col(i).isApprox(next - (scene.mu_d.col(i) - scene.mu.col(i)) / 0.2, 1e-12)) << i;
+    EXPECT_TRUE(errors.sensory.col(i).isApprox(scene.y.col(i) - scene.model.sensory_map * scene.mu.col(i), 1e-12)) << i;
+  }
+}
+
+TEST(ActiveInference, BeliefGradientIsTheDerivativeOfTheFreeEnergy) {
+  for (int p = 0; p <= kMaxOrders; ++p) {
+    Scene scene(p);
+    const Fixed::Belief gradient = beliefGradient(scene.model, scene.errors());
+    for (Eigen::Index i = 0; i < scene.mu.size(); ++i) {
+      const double centre = scene.mu(i);
+      const auto energyAt = [&](double value) {
+        scene.mu(i) = value;
+        return freeEnergy(scene.model, scene.errors());
+      };
+      EXPECT_NEAR(gradient(i), (energyAt(centre + 1e-5) - energyAt(centre - 1e-5)) / 2e-5, 1e-5) << p << ", " << i;
+      scene.mu(i) = centre;
+    }
+  }
 }
 
 TEST(ActiveInference, TheActionDescendsTheFreeEnergyOfItsOrders) {

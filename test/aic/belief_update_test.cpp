@@ -27,24 +27,16 @@ ControllerParameters gains(int p, double tau, double kappa_mu) {
   return controller;
 }
 
-GeneralizedSensor sensed(const GenerativeModel& model, const BodyVector& body) {
-  GeneralizedSensor y = GeneralizedSensor::Zero(kSensorSize, model.orders() + 1);
-  y.col(0) = model.sensory_map * body;
-  return y;
-}
-
-GeneralizedBody still(const GenerativeModel& model) { return GeneralizedBody::Zero(kBodySize, model.orders() + 1); }
-
 TEST(BeliefUpdate, ExactEqualsTheAnalyticSolutionForOrderZero) {
   // p = 0, lateral speed: nothing is measured, so mu' = -kappa_mu Pi_mu / tau^2 (mu - mu_d).
   const double tau = 0.1, kappa_mu = 0.2, h = 0.05;
   const GenerativeModel model(gains(0, tau, kappa_mu), {});
   const BeliefUpdate update(model, kappa_mu, h, Integrator::exact);
-  GeneralizedBody mu = still(model);
+  GeneralizedBody mu = model.still();
   const GeneralizedBody mu_d = generalizedSetPoint({0.0, 1.0, 0.0}, 0);
   const double rate = kappa_mu / 1.5 / (tau * tau);
   for (int k = 1; k <= 20; ++k) {
-    update.step(mu, sensed(model, BodyVector::Zero()), mu_d);
+    update.step(mu, model.silence(), mu_d);
     EXPECT_NEAR(mu(kLateral, 0), 1.0 - std::exp(-rate * k * h), 1e-12);
   }
 }

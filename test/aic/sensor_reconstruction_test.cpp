@@ -2,55 +2,49 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
+#include <cmath>
 
 namespace jackal_aic {
 namespace {
+
+constexpr ChannelValidity kAll, kNoGyro{false, true, true, true}, kNoLeft{true, false, true, true},
+    kNoRight{true, true, false, true}, kNoAccelerometer{true, true, true, false};
 
 /// A robot in an arc to the left: 0.5 m/s, 0.8 rad/s.
 class Arc : public testing::Test {
  protected:
   Arc() {
-    const WheelCommand wheels = kinematics_.wheelSpeeds(0.5, 0.8);
-    complete_.stamp = 3.0;
-    complete_.yaw_rate = 0.8;
-    complete_.wheel_left = wheels.left;
-    complete_.wheel_right = wheels.right;
-    complete_.acceleration_x = 0.3;
+    const WheelCommand wheels = kinematics.wheelSpeeds(0.5, 0.8);
+    complete = {3.0, 0.8, wheels.left, wheels.right, 0.3, 0.0};
   }
 
-  /// The reconstructed arc when a channel is lost and reads nonsense.
-  Observation without(bool ChannelValidity::*channel, double Observation::*value) const {
-    Observation observation = complete_;
-    observation.valid.*channel = false;
-    observation.*value = std::numeric_limits<double>::quiet_NaN();
-    return reconstructed(observation, kinematics_).value();
-  }
-
-  SkidSteerKinematics kinematics_{GeometryParameters{0.098, 0.5621, 0.9}};
-  Observation complete_;
+  const SkidSteerKinematics kinematics{GeometryParameters{0.098, 0.5621, 0.9}};
+  Observation complete;
 };
 
 TEST_F(Arc, LostChannelFollowsFromTheOthers) {
-  const Observation same = reconstructed(complete_, kinematics_).value();
-  EXPECT_EQ(same.vector(), complete_.vector());
-  EXPECT_EQ(same.stamp, 3.0);
-  EXPECT_NEAR(without(&ChannelValidity::yaw_rate, &Observation::yaw_rate).yaw_rate, 0.8, 1e-12);
-  EXPECT_NEAR(without(&ChannelValidity::wheel_left, &Observation::wheel_left).wheel_left, complete_.wheel_left, 1e-12);
-  EXPECT_NEAR(without(&ChannelValidity::wheel_right, &Observation::wheel_right).wheel_right, complete_.wheel_right,
-              1e-12);
-  const Observation still = without(&ChannelValidity::acceleration, &Observation::acceleration_x);
-  EXPECT_EQ(still.acceleration_x, 0.0);
-  EXPECT_TRUE(still.valid.all());
+  for (const ChannelValidity& valid : {kAll, kNoGyro, kNoLeft, kNoRight, kNoAccelerometer}) {
+    Observation observation = complete, expected = complete;
+    observation.valid = valid;
+    if (!valid.yaw_rate) observation.yaw_rate = std::nan("");
+    if (!valid.wheel_left) observation.wheel_left = std::nan("");
+    if (!valid.wheel_right) observation.wheel_right = std::nan("");
+    if (!valid.acceleration) observation.acceleration_x = std::nan("");
+    if (!valid.acceleration) expected.acceleration_x = 0.0;
+    const Observation found = reconstructed(observation, kinematics).value();
+    EXPECT_TRUE(found.vector().isApprox(expected.vector(), 1e-12)) << found.vector().transpose();
+    EXPECT_EQ(found.stamp, 3.0);
+    EXPECT_TRUE(found.valid.all());
+  }
 }
 
 TEST_F(Arc, TwoLostChannelsAreNotReconstructed) {
-  for (const ChannelValidity& valid :
-       {ChannelValidity{true, false, false, true}, ChannelValidity{false, true, false, true},
-        ChannelValidity{false, false, true, true}, ChannelValidity{false, false, false, true}}) {
-    Observation observation = complete_;
-    observation.valid = valid;
-    EXPECT_FALSE(reconstructed(observation, kinematics_));
+  for (const ChannelValidity& valid : {ChannelValidity{true, false, false, true},
+                                       {false, true, false, true},
+                                       {false, false, true, true},
+                                       {false, false, false, true}}) {
+    complete.valid = valid;
+    EXPECT_FALSE(reconstructed(complete, kinematics));
   }
 }
 

@@ -81,7 +81,7 @@ class Excitation(unittest.TestCase):
 
     def test_waits_for_confirmation_and_keeps_its_acceleration(self):
         process = self.start('confirmed', '--confirm', 'true')
-        self.robot.run(15.0)
+        self.robot.run(6.0)
         self.assertFalse(self.driven(), 'not confirmed yet')
         self.assertFalse(process.ended(), process.errors())
         process.confirm()

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "jackal_aic/config/yaml_parameters.hpp"
@@ -100,18 +99,19 @@ TEST(InputMessage, KeepsGainsInTheirOrder) {
 }
 
 TEST(InputMessage, RefusesWhatNoControllerWrote) {
-  const auto expectRefused = [](const auto& what, void (*damage)(LoopInput&)) {
+  void (*const damages[])(LoopInput&) = {[](LoopInput& input) { input.kind = 200; },
+                                         [](LoopInput& input) { input.values.clear(); },
+                                         [](LoopInput& input) { input.values.push_back(1.0); },
+                                         [](LoopInput& input) { input.values[2] = -1.0; },
+                                         [](LoopInput& input) { input.values[2] = 3.0; },
+                                         [](LoopInput& input) { input.values[2] = std::nan(""); }};
+  for (const auto& damage : damages) {
     LoopInputs message;
-    addInput({kNow, what}, message);
+    addInput({kNow, AppliedInput{}}, message);
+    EXPECT_NO_THROW(inputsOf(message));
     damage(message.inputs[0]);
     EXPECT_THROW(inputsOf(message), ParameterError);
-  };
-  expectRefused(FeedbackInput{kNow}, [](LoopInput& input) { input.kind = 200; });
-  expectRefused(FeedbackInput{kNow}, [](LoopInput& input) { input.values.clear(); });
-  expectRefused(FeedbackInput{kNow}, [](LoopInput& input) { input.values.push_back(1.0); });
-  expectRefused(AppliedInput{}, [](LoopInput& input) { input.values[2] = -1.0; });
-  expectRefused(AppliedInput{}, [](LoopInput& input) { input.values[2] = 3.0; });
-  expectRefused(AppliedInput{}, [](LoopInput& input) { input.values[2] = std::numeric_limits<double>::quiet_NaN(); });
+  }
 }
 
 NodeParameters configured(const std::string& preset) {
@@ -142,9 +142,7 @@ TEST(ConfigurationText, GivesTheSameParametersAgainForEveryPreset) {
     SCOPED_TRACE(preset);
     EXPECT_EQ(configurationText(again), text);
     EXPECT_EQ(again.controller.index(), parameters.controller.index());
-    EXPECT_EQ(again.geometry.effective_track, parameters.geometry.effective_track);
     EXPECT_EQ(again.gate.limits.linear_speed, 2.0 * kThird);
-    EXPECT_EQ(again.gate.deadlines.imu, parameters.gate.deadlines.imu);
     EXPECT_EQ(again.gate.restart_after_stop, RestartPolicy::at_once);
     EXPECT_EQ(again.faults.value().gyro_variance, 1e-5 * kThird);
     EXPECT_TRUE(again.motors_shared);

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "../complaint.hpp"
 #include "../temporary_directory.hpp"
@@ -34,10 +35,8 @@ class LearnedFileTest : public testing::Test {
 TEST_F(LearnedFileTest, GivesBackWhatWasWritten) {
   EXPECT_FALSE(readLearnedFile(path_, kThen)) << "there is no file";
   const LearnedModel learned = again({{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}});
-  EXPECT_NEAR(learned.slip.effective_track, 0.7123, 1e-9);
-  EXPECT_NEAR(learned.slip.slip_factor, 0.93, 1e-9);
-  EXPECT_NEAR(learned.timing.value().dead_time, 0.123, 1e-9);
-  EXPECT_NEAR(learned.timing.value().lag, 0.045, 1e-9);
+  EXPECT_EQ(std::pair(learned.slip.effective_track, learned.slip.slip_factor), std::pair(0.7123, 0.93));
+  EXPECT_EQ(std::pair(learned.timing.value().dead_time, learned.timing->lag), std::pair(0.123, 0.045));
   EXPECT_FALSE(again({{0.7123, 0.93}}).timing) << "it was not learned";
   const LearnedModel slow{kConfigured, DriveTrainTiming{0.6, 0.7}};
   EXPECT_FALSE(again(slow, slow).timing) << "slower than anything learned";
@@ -58,10 +57,9 @@ TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
 
 /// The robot has been identified since, or it is another one.
 TEST_F(LearnedFileTest, RefusesWhatWasLearnedWithAnotherConfiguration) {
+  const LearnedModel now{kConfigured, DriveTrainTiming{0.2, 0.006}};
   writeLearnedFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}}, kThen);
-  EXPECT_EQ(complaint([&] {
-              readLearnedFile(path_, {kConfigured, DriveTrainTiming{0.2, 0.006}});
-            }),
+  EXPECT_EQ(complaint([&] { readLearnedFile(path_, now); }),
             "slip.file = '" + path_ +
                 "': learned with dead time 0.08 s, lag 0.006 s, configured with dead time 0.2 s, lag 0.006 s now");
   EXPECT_THROW(readLearnedFile(path_, {{5.0, 1.0}, kThen.timing}), ParameterError);

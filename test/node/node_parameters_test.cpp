@@ -6,7 +6,7 @@
 #include <map>
 #include <regex>
 #include <set>
-#include <type_traits>
+#include <tuple>
 
 #include "../complaint.hpp"
 #include "../repository.hpp"
@@ -126,60 +126,44 @@ TEST(NodeParameters, AUrdfThatIsMissingOrWrongIsRefused) {
   EXPECT_EQ(refusal(map, withRadius("1e-9")).rfind("URDF: robot.wheel_radius = 1e-09", 0), 0u);
 }
 
-/// Expects that each bound of a gain shown at run time is the last value that is accepted towards `beyond`, and that
-/// the server does not clamp to one before it asks.
+/// Expects that each setting of a server of gains starts from the default of its parameter, that each bound it shows is
+/// the last value that is accepted, and that it does not clamp to that before it asks. Returns the names.
 template <class Config, class Parameters>
-void expectBounds(Parameters parameters, double Bounds::*side, double beyond) {
-  const Config generated = beyond < 0.0 ? Config::__getMin__() : Config::__getMax__();
-  for (const auto& [name, bound] : settingsOf(generated)) {
-    if (std::holds_alternative<double>(bound)) {
-      EXPECT_EQ(std::get<double>(bound), beyond) << name;
+std::set<std::string> expectServed() {
+  const NamedValues defaults = settingsOf(Config::__getDefault__());
+  std::set<std::string> served;
+  ParameterMap fields;
+  for (const Field& field : fieldsOf(Parameters{})) {
+    fields.set("gains." + field.name, field.value);
+    if (defaults.count(field.name) == 0) continue;
+    EXPECT_EQ(defaults.at(field.name), field.value) << field.name;
+    served.insert(field.name);
+  }
+  EXPECT_EQ(served.size(), defaults.size());
+  for (const auto& [side, generated, beyond] : {std::tuple(&Bounds::low, Config::__getMin__(), -HUGE_VAL),
+                                                std::tuple(&Bounds::high, Config::__getMax__(), HUGE_VAL)}) {
+    for (const auto& [name, bound] : settingsOf(generated)) {
+      if (std::holds_alternative<double>(bound)) EXPECT_EQ(std::get<double>(bound), beyond) << name;
+    }
+    for (const auto& [name, bound] : settingsOf(rangeOf(Parameters{}, side, generated))) {
+      if (!std::holds_alternative<double>(bound)) continue;
+      ParameterMap map = fields;
+      map.set("gains." + name, bound);
+      EXPECT_NO_THROW(readParameters<Parameters>(map, "gains")) << name;
+      map.set("gains." + name, std::nextafter(std::get<double>(bound), beyond));
+      EXPECT_THROW(readParameters<Parameters>(map, "gains"), ParameterError) << name;
     }
   }
-  for (const auto& [name, bound] : settingsOf(rangeOf(parameters, side, generated))) {
-    if (!std::holds_alternative<double>(bound)) continue;
-    ParameterMap map;
-    for (const Field& field : fieldsOf(parameters)) map.set("gains." + field.name, field.value);
-    map.set("gains." + name, bound);
-    EXPECT_NO_THROW(readParameters<Parameters>(map, "gains")) << name;
-    map.set("gains." + name, std::nextafter(std::get<double>(bound), beyond));
-    EXPECT_THROW(readParameters<Parameters>(map, "gains"), ParameterError) << name;
-  }
+  return served;
 }
 
-TEST(GainServer, ShowsTheRangesOfTheParametersAndDoesNotClamp) {
-  expectBounds<ControllerGainsConfig>(ControllerParameters{}, &Bounds::low, -HUGE_VAL);
-  expectBounds<ControllerGainsConfig>(ControllerParameters{}, &Bounds::high, HUGE_VAL);
-  expectBounds<PredictiveGainsConfig>(PredictiveParameters{}, &Bounds::low, -HUGE_VAL);
-  expectBounds<PredictiveGainsConfig>(PredictiveParameters{}, &Bounds::high, HUGE_VAL);
-  expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::low, -HUGE_VAL);
-  expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::high, HUGE_VAL);
-}
-
-TEST(GainServer, OffersEveryPredictiveParameterButTheRates) {
-  std::set<std::string> offered{"belief_rate", "action_rate"}, known;
-  for (const auto& [name, value] : settingsOf(PredictiveGainsConfig::__getDefault__())) offered.insert(name);
+TEST(GainServer, OffersDefaultsAndRangesOfEveryGainButTheRates) {
+  EXPECT_EQ((expectServed<ControllerGainsConfig, ControllerParameters>().size()), 3u);
+  EXPECT_EQ((expectServed<SensorNoiseConfig, SensorNoise>().size()), 3u);
+  std::set<std::string> offered = expectServed<PredictiveGainsConfig, PredictiveParameters>(), known;
+  offered.insert({"belief_rate", "action_rate"});
   for (const Field& field : fieldsOf(PredictiveParameters{})) known.insert(field.name);
   EXPECT_EQ(offered, known);
-}
-
-/// Expects that the server starts from what a parameter struct starts from; returns how many settings it has.
-template <class Config, class Parameters>
-int expectDefaults() {
-  int settings = 0;
-  const NamedValues offered = settingsOf(Config::__getDefault__());
-  for (const Field& field : fieldsOf(Parameters{})) {
-    if (offered.count(field.name) == 0) continue;
-    EXPECT_EQ(offered.at(field.name), field.value) << field.name;
-    ++settings;
-  }
-  return settings;
-}
-
-TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
-  EXPECT_EQ((expectDefaults<ControllerGainsConfig, ControllerParameters>()), 3);
-  EXPECT_GT((expectDefaults<PredictiveGainsConfig, PredictiveParameters>()), 10);
-  EXPECT_EQ((expectDefaults<SensorNoiseConfig, SensorNoise>()), 3);
 }
 
 /// Adds the fields of a parameter struct to a table by key.

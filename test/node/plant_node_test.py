@@ -74,6 +74,22 @@ class PlantNode(unittest.TestCase):
         for log, gap in ((self.joints, 20), (self.imu, 20), (self.feedback, 20), (self.truth, 10)):
             self.assertEqual(gaps(log), {gap})
         self.assertEqual(gaps(self.transforms, lambda message: message.transforms[0].header.stamp), {20})
+        self.assertEqual(self.joints[-1].name, ['front_left_wheel', 'front_right_wheel', 'rear_left_wheel', 'rear_right_wheel'])
+
+    def test_the_imu_states_its_noise(self):
+        self.addCleanup(rospy.set_param, '/plant/plant/noise_scale', 0)
+        rospy.set_param('/plant/plant/noise_scale', 2.0)
+        self.reset()
+        self.imu.clear()
+        self.wait(lambda: self.imu)
+        message = self.imu[0]
+        for name, covariance in (('gyro', message.angular_velocity_covariance), ('accelerometer', message.linear_acceleration_covariance)):
+            variance = (2.0 * rospy.get_param('/plant/plant/{}_noise'.format(name))) ** 2
+            for i, value in enumerate(covariance):
+                self.assertAlmostEqual(value, variance if i % 4 == 0 else 0.0)
+        self.assertEqual(message.header.frame_id, 'imu_link')
+        self.assertAlmostEqual(message.linear_acceleration.z, 9.81, delta=0.5)
+        self.assertAlmostEqual(abs(message.orientation.w), 1.0, delta=0.01)
 
     def test_drives_by_velocity_commands_until_none_comes(self):
         self.drive(0.3 / RADIUS, 0.3 / RADIUS)
@@ -82,7 +98,8 @@ class PlantNode(unittest.TestCase):
         self.run_for(1.5)
         self.assertAlmostEqual(self.speed(), 0.3, delta=1e-3)
         self.assertAlmostEqual(self.joints[-1].velocity[0], 0.3 / RADIUS, delta=1e-3)
-        self.assertEqual(self.feedback[-1].commanded_mode, Drive.MODE_VELOCITY)
+        self.assertEqual((self.feedback[-1].commanded_mode, self.feedback[-1].actual_mode), (Drive.MODE_VELOCITY, Drive.MODE_VELOCITY))
+        self.assertAlmostEqual(self.feedback[-1].drivers[1].measured_velocity, 0.3 / RADIUS, delta=1e-3)
         self.run_for(1.5)
         self.assertAlmostEqual(self.speed(), 0.0, delta=1e-3, msg='command_timeout is 2 s')
         self.drive(-0.1 / RADIUS, 0.1 / RADIUS)

@@ -204,14 +204,6 @@ class Robot:
         return ([message.header.stamp.to_sec() for message in truth],
                 [message.twist.twist.linear.x if value == 'forward' else message.twist.twist.angular.z for message in truth])
 
-    def largest_command_step(self):
-        """In an action period, over the recorded states [rad/s]; a late timer publishes once for several periods."""
-        largest, states = 0.0, list(self.states)
-        for a, b in zip(states, states[1:]):
-            periods = max(1.0, round((b.header.stamp - a.header.stamp).to_sec() / 0.02))
-            largest = max(largest, abs(b.command_left - a.command_left) / periods, abs(b.command_right - a.command_right) / periods)
-        return largest
-
     def state(self):
         self.wait(lambda: self.states, 'a state of the controller')
         return self.states[-1]

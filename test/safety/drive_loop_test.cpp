@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -42,13 +43,12 @@ DriveParameters openLoop(bool monitored) {
   return parameters;
 }
 
-SensorReading reading(const Observation& observation, const ChannelValidity& valid, double sample) {
-  SensorReading reading{observation, FrozenSource::Sample::Constant(sample)};
-  reading.observation.valid = valid;
-  return reading;
-}
-
 constexpr ChannelValidity kWheels{false, true, true, false}, kImu{true, false, false, true};
+
+SensorReading reading(Observation observation, const ChannelValidity& valid, double sample) {
+  observation.valid = valid;
+  return {observation, FrozenSource::Sample::Constant(sample)};
+}
 
 /// A robot whose wheels follow their command with a lag of 0.1 s, and its drive loop.
 struct Robot {
@@ -97,13 +97,8 @@ struct Robot {
 
   Observation sample() const {
     const double noise = 0.001 * static_cast<double>(tick % 7);
-    const BodyVector body = kinematics.bodyVelocity({speed(0), speed(1)});
-    Observation y;
-    y.stamp = now;
-    y.wheel_left = speed(0) + noise;
-    y.wheel_right = speed(1) - noise;
-    y.yaw_rate = body(kYaw) + noise;
-    return y;
+    const double yaw_rate = kinematics.bodyVelocity({speed(0), speed(1)})(kYaw);
+    return {now, yaw_rate + noise, speed(0) + noise, speed(1) - noise, 0.0, 0.0};
   }
 
   void driveAfterAZeroSetPoint(double duration) {
@@ -136,8 +131,7 @@ struct Robot {
   DriveLoop loop;
   SetPoint set_point{0.5, 0.0, 0.0};
   RobotStatus robot;
-  double start = 10.0;
-  double now = 10.0;
+  double start = 10.0, now = 10.0;
   long tick = 0;
   WheelVector speed = WheelVector::Zero();
   WheelCommand command;
@@ -147,14 +141,10 @@ struct Robot {
   std::vector<Observation> sent;
 };
 
-template <DriveParameters (*parameters)()>
-class DriveLoopOf : public testing::Test, protected Robot {
+class ThesisLoop : public testing::Test, protected Robot {
  protected:
-  DriveLoopOf() : Robot(parameters()) {}
+  ThesisLoop() : Robot(thesis()) {}
 };
-
-using ThesisLoop = DriveLoopOf<thesis>;
-using PredictiveLoop = DriveLoopOf<predictive>;
 
 /// A loop that was started and not released.
 class LatchedLoop : public ThesisLoop {
@@ -176,26 +166,24 @@ TEST(DriveLoop, DrivesToTheSetPointWithOneCommandAPeriod) {
 }
 
 TEST(DriveLoop, WaitsForWheelsAndSetPointAndStopsWithoutThem) {
-  const struct {
-    const char* sources;
-    DriveStatus first, later;  // from the start on, and after having driven
-    const char *first_reason, *later_reason;
-  } rows[] = {
-      {"", DriveStatus::idle, DriveStatus::stopped, "no set point received yet", "set point too old"},
-      {"s", DriveStatus::stopped, DriveStatus::stopped, "no wheel speeds received yet", "wheel speeds too old"},
-      {"is", DriveStatus::stopped, DriveStatus::stopped, "no wheel speeds received yet", "wheel speeds too old"},
-      {"wip", DriveStatus::idle, DriveStatus::stopped, "no set point received yet", "set point too old"},
-      {"ps", DriveStatus::driving, DriveStatus::driving, "", ""}};
-  for (const auto& row : rows) {
-    SCOPED_TRACE(row.sources);
+  using Status = DriveStatus;
+  const std::tuple<const char*, Status, const char*, Status, const char*> rows[] = {
+      // first, and after having driven
+      {"", Status::idle, "no set point received yet", Status::stopped, "set point too old"},
+      {"s", Status::stopped, "no wheel speeds received yet", Status::stopped, "wheel speeds too old"},
+      {"is", Status::stopped, "no wheel speeds received yet", Status::stopped, "wheel speeds too old"},
+      {"wip", Status::idle, "no set point received yet", Status::stopped, "set point too old"},
+      {"ps", Status::driving, "", Status::driving, ""}};
+  for (const auto& [sources, first, first_reason, later, later_reason] : rows) {
+    SCOPED_TRACE(sources);
     Robot robot(thesis());
-    robot.drive(0.4, row.sources);
-    robot.expect(row.first, row.first_reason);
+    robot.drive(0.4, sources);
+    robot.expect(first, first_reason);
     robot.drive(2.0);
-    EXPECT_EQ(robot.status(), DriveStatus::driving) << robot.why();
-    robot.drive(2.0, row.sources);
-    robot.expect(row.later, row.later_reason);
-    EXPECT_EQ(robot.command == WheelCommand{}, row.later == DriveStatus::stopped);
+    EXPECT_EQ(robot.status(), Status::driving) << robot.why();
+    robot.drive(2.0, sources);
+    robot.expect(later, later_reason);
+    EXPECT_EQ(robot.command == WheelCommand{}, later == Status::stopped);
   }
 }
 
@@ -240,12 +228,9 @@ TEST_F(ThesisLoop, SetPointWithAnOldStampIsLate) {
 // ---- the latch of the start, of stops and of faults
 
 TEST_F(LatchedLoop, ClockThatStepsBackAtRestKeepsTheLatch) {
-  const struct {
-    bool RobotStatus::*stop;
-    DriveStatus status;
-  } rows[] = {{&RobotStatus::emergency_stop, DriveStatus::stopped}, {&RobotStatus::driver_fault, DriveStatus::faulted}};
   unsigned resets = 0;
-  for (const auto& [stop, latched] : rows) {
+  for (const auto& [stop, latched] : {std::pair(&RobotStatus::emergency_stop, DriveStatus::stopped),
+                                      std::pair(&RobotStatus::driver_fault, DriveStatus::faulted)}) {
     driveAfterAZeroSetPoint(1.8);
     ASSERT_EQ(status(), DriveStatus::driving) << why();
     robot.*stop = true;
@@ -301,30 +286,27 @@ TEST_F(LatchedLoop, SetPointsThatLastSinceTheStartDoNotMoveTheRobot) {
 
 TEST(DriveLoop, ReportedStopsAreNamedAndLatchedByTheirKind) {
   const struct {
-    void (*set)(RobotStatus&);
-    DriveStatus status;
+    bool RobotStatus::*reported;
     bool latches;
     const char* reason;
+    DriveStatus status = DriveStatus::stopped;
   } rows[] = {
-      {[](RobotStatus& r) { r.motors_off = true; }, DriveStatus::stopped, true, "motors do not take velocity commands"},
-      {[](RobotStatus& r) { r.robot_stopped = true; }, DriveStatus::stopped, true, "robot reports that it is stopped"},
-      {[](RobotStatus& r) { r.emergency_stop = true; }, DriveStatus::stopped, true, "emergency stop"},
-      {[](RobotStatus& r) { r.disabled = true; }, DriveStatus::stopped, true, "disabled"},
-      {[](RobotStatus& r) { r.ending = true; }, DriveStatus::stopped, false, "controller is to end"},
-      {[](RobotStatus& r) { r.driver_fault = true; }, DriveStatus::faulted, true, "motor driver reports a fault"},
-      {[](RobotStatus& r) { r.contended = true; }, DriveStatus::faulted, true,
-       "another node publishes commands: /a on /b"},
-      {[](RobotStatus& r) { r.rivals = true; }, DriveStatus::stopped, false,
-       "more than one node publishes set points: /a on /b"},
-      {[](RobotStatus& r) { r.graph_checked = false; }, DriveStatus::stopped, false,
-       "publishers of commands and emergency stop not checked yet: /a on /b"}};
+      {&RobotStatus::motors_off, true, "motors do not take velocity commands"},
+      {&RobotStatus::robot_stopped, true, "robot reports that it is stopped"},
+      {&RobotStatus::emergency_stop, true, "emergency stop"},
+      {&RobotStatus::disabled, true, "disabled"},
+      {&RobotStatus::ending, false, "controller is to end"},
+      {&RobotStatus::driver_fault, true, "motor driver reports a fault", DriveStatus::faulted},
+      {&RobotStatus::contended, true, "another node publishes commands: /a on /b", DriveStatus::faulted},
+      {&RobotStatus::rivals, false, "more than one node publishes set points: /a on /b"},
+      {&RobotStatus::graph_checked, false, "publishers of commands and emergency stop not checked yet: /a on /b"}};
   for (const auto& row : rows) {
     SCOPED_TRACE(row.reason);
     Robot robot(thesis());
     robot.drive(2.0);
     ASSERT_EQ(robot.status(), DriveStatus::driving);
     EXPECT_EQ(reason(robot.loop.status(), "/a on /b"), "");
-    row.set(robot.robot);
+    robot.robot.*row.reported = !(robot.robot.*row.reported);
     robot.drive(0.03);
     EXPECT_EQ(robot.status(), DriveStatus::braking);
     robot.drive(2.0);
@@ -346,38 +328,34 @@ TEST(DriveLoop, ReportedStopsAreNamedAndLatchedByTheirKind) {
 // ---- sensors that are late, lost, frozen or wrong
 
 TEST(DriveLoop, LossOfTheImuIsToldOnceAndTheWheelsAreObservedAlone) {
-  const struct {
-    const char* sources;
-    int periods;
-    bool lost;
-  } rows[] = {{"wls", 50, true},  // its messages are too old
-              {"ws", 100, true},
-              {"w4s", 500, true},
-              {"w5s", 500, false}};  // its period is its deadline: the robot drives on
-  for (const auto& row : rows) {
-    SCOPED_TRACE(row.sources);
+  const std::tuple<std::string, int, bool> rows[] = {{"wls", 50, true},  // its messages are too old
+                                                     {"ws", 100, true},
+                                                     {"w4s", 500, true},
+                                                     {"w5s", 500, false}};  // its period is its deadline
+  for (const auto& [sources, periods, lost] : rows) {
+    SCOPED_TRACE(sources);
     Robot robot(thesis());
     robot.drive(2.0);
-    if (row.sources == std::string("ws")) robot.sendImu();  // of an IMU that is faster than the wheels
+    if (sources == "ws") robot.sendImu();  // of an IMU that is faster than the wheels
     std::string before;
     int changes = 0;
-    const auto count = [&](const char* sources, int periods) {
-      for (int k = 0; k < periods; ++k) {
-        robot.drive(kPeriod, sources);
+    const auto count = [&](const std::string& heard, int steps) {
+      for (int k = 0; k < steps; ++k) {
+        robot.drive(kPeriod, heard);
         ASSERT_EQ(robot.status(), DriveStatus::driving) << robot.why();
         changes += robot.why() != before;
         before = robot.why();
       }
     };
-    count(row.sources, row.periods);
+    count(sources, periods);
     EXPECT_NEAR(robot.forward(), 0.5, 0.05) << "follows the wheels";
-    if (!row.lost) continue;
+    if (!lost) continue;
     EXPECT_EQ(before, "yaw rate lost");
     EXPECT_EQ(changes, 1);
     count("wips", 500);
     EXPECT_EQ(before, "") << "it is back";
     EXPECT_EQ(changes, 2);
-    if (row.sources == std::string("wls")) continue;
+    if (sources == "wls") continue;
     EXPECT_EQ(robot.loop.status().rejected_measurements, 0u) << "a pair whose wheels were observed alone is no error";
   }
 }
@@ -405,14 +383,14 @@ TEST(DriveLoop, OdometryIgnoresImpossibleSamples) {
 TEST_F(ThesisLoop, StartForgetsThatTheImuRepeated) {
   drive(1.0);
   imu_repeats = true;
-  drive(0.6);
-  EXPECT_EQ(why(), "yaw rate lost");
-  loop.start({}, now);
-  loop.release();
-  drive(0.2);
-  EXPECT_EQ(why(), "");
-  drive(0.4);
-  EXPECT_EQ(why(), "yaw rate lost");
+  for (int start = 0; start < 2; ++start) {
+    drive(0.2);
+    EXPECT_EQ(why(), "");
+    drive(0.4);
+    EXPECT_EQ(why(), "yaw rate lost");
+    loop.start({}, now);
+    loop.release();
+  }
 }
 
 TEST(DriveLoop, DeadEncoderIsNamedAndTheRobotDrivesOn) {
@@ -462,11 +440,12 @@ TEST(DriveLoop, EveryInputButFeedbackDetectsAClockThatRanBack) {
   }
 }
 
-TEST_F(PredictiveLoop, LearnedModelOutlastsAClockThatRanBack) {
-  loop.setLearned({{0.6, 1.0}}, start);
+TEST(DriveLoop, LearnedModelOutlastsAClockThatRanBack) {
+  DriveLoop loop(predictive(), makeController(predictive()));
+  loop.setLearned({{0.6, 1.0}}, 10.0);
   const auto& controller = dynamic_cast<const PredictiveController&>(loop.controller());
   EXPECT_EQ(controller.learned().slip.effective_track, 0.6);
-  loop.advance(start - 5.0);
+  loop.advance(5.0);
   EXPECT_EQ(loop.status().clock_resets, 1u);
   EXPECT_EQ(controller.learned().slip.effective_track, 0.6);
 }
@@ -508,11 +487,11 @@ void expectReplay(const DriveParameters& parameters) {
   robot.set_point = {0.3, 0.0, 0.4};
   robot.drive(1.0, "ws");  // the IMU falls silent: the wheels are observed by the loop itself
   loop.freezeLearning(true, robot.now);
-  const bool thesis_gains = std::holds_alternative<ControllerParameters>(parameters.controller);
   ControllerParameters slow_action;
   slow_action.kappa_a *= 0.9;
   PredictiveParameters slow_reference;
   slow_reference.reference_time *= 2.0;
+  const bool thesis_gains = std::holds_alternative<ControllerParameters>(parameters.controller);
   if (thesis_gains) loop.adoptGains(slow_action, robot.now);
   if (!thesis_gains) loop.adoptGains(slow_reference, robot.now);
   loop.receiveFeedback(robot.now, robot.now);
