@@ -153,14 +153,14 @@ TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
   const auto& controller = dynamic_cast<const ActiveInferenceController&>(loop.controller());
   const ControllerState message = messageOf(loop);
   EXPECT_EQ(message.structure, ControllerState::THESIS);
-  ASSERT_EQ(message.belief_forward.size(), 4u);
-  for (int i = 0; i < 4; ++i) {
-    EXPECT_EQ(message.belief_forward[i], controller.belief()(kForward, i));
-    EXPECT_EQ(message.belief_yaw_rate[i], controller.belief()(kYaw, i));
-    EXPECT_EQ(message.sensory_error_wheel_left[i], controller.errors().sensory(kWheelLeft, i));
-    EXPECT_EQ(message.sensory_error_wheel_right[i], controller.errors().sensory(kWheelRight, i));
-    EXPECT_EQ(message.state_error_yaw_rate[i], controller.errors().state(kYaw, i));
-  }
+  const auto orders = [](const auto& rows, int row) {
+    return std::vector<double>{rows(row, 0), rows(row, 1), rows(row, 2), rows(row, 3)};
+  };
+  EXPECT_EQ(message.belief_forward, orders(controller.belief(), kForward));
+  EXPECT_EQ(message.belief_yaw_rate, orders(controller.belief(), kYaw));
+  EXPECT_EQ(message.sensory_error_wheel_left, orders(controller.errors().sensory, kWheelLeft));
+  EXPECT_EQ(message.sensory_error_wheel_right, orders(controller.errors().sensory, kWheelRight));
+  EXPECT_EQ(message.state_error_yaw_rate, orders(controller.errors().state, kYaw));
   EXPECT_EQ(message.free_energy, controller.freeEnergy());
   EXPECT_EQ(message.effective_track, GeometryParameters{}.effective_track);
 }
@@ -194,18 +194,15 @@ TEST(StateMessage, SaysWhoDrivesAndWhyNot) {
   const std::string absent = "no subscriber on /cmd_vel";
   using State = ControllerState;
   DriveLoopStatus status = loop.status();
-  const struct {
-    Surroundings around;
-    std::uint8_t driven_by;
-    std::string reason, summary;
-  } rows[] = {{{}, State::BY_US, "", "driven by this controller"},
-              {{"", absent}, State::BY_NOBODY, absent, "not driven"},
-              {{"", "", true}, State::BY_ANOTHER, "", "driven by another node"}};
-  for (const auto& row : rows) {
-    const ControllerState message = messageOf(loop, status, row.around);
-    EXPECT_EQ(message.driven_by, row.driven_by) << row.summary;
-    EXPECT_EQ(message.reason, row.reason);
-    EXPECT_EQ(message.summary, "thesis, driving, " + row.summary);
+  const std::tuple<Surroundings, std::uint8_t, std::string, std::string> rows[] = {
+      {{}, State::BY_US, "", "driven by this controller"},
+      {{"", absent}, State::BY_NOBODY, absent, "not driven"},
+      {{"", "", true}, State::BY_ANOTHER, "", "driven by another node"}};
+  for (const auto& [around, driven_by, reason, summary] : rows) {
+    const ControllerState message = messageOf(loop, status, around);
+    EXPECT_EQ(message.driven_by, driven_by) << summary;
+    EXPECT_EQ(message.reason, reason);
+    EXPECT_EQ(message.summary, "thesis, driving, " + summary);
   }
   EXPECT_EQ(messageOf(loop).hypothesis, "") << "without fault detection";
   status.suspicion = {faults::kGyroOffset, 0.6};

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 #include <regex>
 #include <set>
 #include <tuple>
@@ -12,7 +11,6 @@
 #include "../repository.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "parameters/live_parameters.hpp"
-#include "plant_parameters.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -164,61 +162,6 @@ TEST(GainServer, OffersDefaultsAndRangesOfEveryGainButTheRates) {
   offered.insert({"belief_rate", "action_rate"});
   for (const Field& field : fieldsOf(PredictiveParameters{})) known.insert(field.name);
   EXPECT_EQ(offered, known);
-}
-
-/// Adds the fields of a parameter struct to a table by key.
-template <class Parameters>
-void add(const std::string& prefix, std::map<std::string, ParameterValue>& defaults) {
-  for (const Field& field : fieldsOf(Parameters{}))
-    defaults[(prefix.empty() ? "" : prefix + ".") + field.name] = field.value;
-}
-
-/// What every key of the shipped configuration has if no file gives it.
-std::map<std::string, ParameterValue> defaultsOfTheStructs() {
-  std::map<std::string, ParameterValue> defaults;
-  add<ControllerParameters>("controller", defaults);
-  add<PredictiveParameters>("predictive", defaults);
-  add<DifferentialDriveParameters>("diff_drive", defaults);
-  add<GeometryParameters>("robot", defaults);
-  add<RobotNames>("robot", defaults);
-  add<SensorNoise>("sensors", defaults);
-  add<LimitParameters>("limits", defaults);
-  add<DeadlineParameters>("deadlines", defaults);
-  add<LossPolicyParameters>("on_loss", defaults);
-  add<OdometryParameters>("odometry", defaults);
-  add<BrakeParameters>("brake", defaults);
-  add<PlausibilityParameters>("plausibility", defaults);
-  add<FaultParameters>("faults", defaults);
-  add<PlantModel>("plant_model", defaults);
-  add<sim::PlantParameters>("plant", defaults);
-  add<NodeOptions>("", defaults);
-  const NodeParameters node;
-  defaults["restart_after_stop"] =
-      std::string(kRestartPolicyNames[static_cast<std::size_t>(node.gate.restart_after_stop)]);
-  return defaults;
-}
-
-/// A whole number and a real one are the same in YAML.
-ParameterValue asReal(const ParameterValue& value) {
-  const auto* whole = std::get_if<std::int64_t>(&value);
-  return whole == nullptr ? value : static_cast<double>(*whole);
-}
-
-TEST(Defaults, AreThoseOfTheShippedFiles) {
-  ParameterMap map = shipped({"diff_drive", "advanced", "jackal", "standard", "predictive", "jackal_model", "plant"});
-  // Which mean something else where they are missing: a robot without a name, one that was identified, and geometry
-  // that the URDF tells. The baseline has a deadline of its own.
-  const std::set<std::string> apart{"plant_model.robot", "plant_model.identified", "robot.wheel_radius"};
-  int compared = 0;
-  for (const auto& [key, value] : defaultsOfTheStructs()) {
-    if (apart.count(key) > 0) continue;
-    ASSERT_TRUE(map.has(key)) << key << " stands in no shipped file";
-    EXPECT_EQ(describe(asReal(*map.take(key))), describe(asReal(value))) << key;
-    ++compared;
-  }
-  EXPECT_GT(compared, 100);
-  for (const std::string& key : apart) map.declare(key);
-  EXPECT_NO_THROW(map.refuseUnknown());
 }
 
 }  // namespace

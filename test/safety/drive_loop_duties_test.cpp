@@ -167,8 +167,6 @@ TEST_F(DriveLoopDuties, DivergedBeliefIsResetUntilItIsPlausible) {
   EXPECT_NE(status(), DriveStatus::driving);
 }
 
-// ---- measurements
-
 TEST_F(DriveLoopDuties, SourcesThatDoNotPairStop) {
   run(100);
   for (int i = 0; i < 400; ++i) {
@@ -226,8 +224,6 @@ TEST_F(DriveLoopDuties, MeasuredVelocityIsThatOfTheLastSamples) {
   loop.start({}, now);
   EXPECT_TRUE(loop.measuredVelocity().array().isNaN().all());
 }
-
-// ---- time
 
 TEST_F(DriveLoopDuties, PeriodsDueShortlyAfterALateActionAreOneAction) {
   run(60);
@@ -327,8 +323,6 @@ TEST(StopReason, OfASensorFaultIsTheFaultOrTheLoss) {
   status.loss = Loss::none;
   EXPECT_EQ(reason(status), "sensors or motors faulty");
 }
-
-// ---- shared motors
 
 class SharedMotors : public DriveLoopDuties {
  protected:

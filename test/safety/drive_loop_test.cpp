@@ -152,8 +152,6 @@ class LatchedLoop : public ThesisLoop {
   LatchedLoop() { loop.start({}, now); }
 };
 
-// ---- driving
-
 TEST(DriveLoop, DrivesToTheSetPointWithOneCommandAPeriod) {
   for (const DriveParameters& parameters : {thesis(), predictive()}) {
     Robot robot(parameters);
@@ -224,8 +222,6 @@ TEST_F(ThesisLoop, SetPointWithAnOldStampIsLate) {
   drive(0.3, "wip");
   EXPECT_EQ(status(), DriveStatus::driving) << why();
 }
-
-// ---- the latch of the start, of stops and of faults
 
 TEST_F(LatchedLoop, ClockThatStepsBackAtRestKeepsTheLatch) {
   unsigned resets = 0;
@@ -325,8 +321,6 @@ TEST(DriveLoop, ReportedStopsAreNamedAndLatchedByTheirKind) {
   }
 }
 
-// ---- sensors that are late, lost, frozen or wrong
-
 TEST(DriveLoop, LossOfTheImuIsToldOnceAndTheWheelsAreObservedAlone) {
   const std::tuple<std::string, int, bool> rows[] = {{"wls", 50, true},  // its messages are too old
                                                      {"ws", 100, true},
@@ -422,8 +416,6 @@ TEST(DriveLoop, OpenLoopIsMonitoredOnRequestAndPredictiveNeedsAModel) {
   EXPECT_THROW(makeController(parameters), ParameterError);
 }
 
-// ---- time
-
 TEST(DriveLoop, EveryInputButFeedbackDetectsAClockThatRanBack) {
   const Observation y;
   const DriveInput calls[] = {{1.0, BeliefInput{}},      {1.0, ActionInput{}},        {1.0, ActionInput{1.0}},
@@ -469,8 +461,6 @@ TEST_F(ThesisLoop, TimerIsSetToRightAfterTheMeasurements) {
   loop.start({}, now);
   EXPECT_NEAR(loop.nextDue(now, now), now + kPeriod, 1e-6) << "a start forgets the measurements";
 }
-
-// ---- recorded inputs
 
 /// Inputs of every kind, with stops and a clock that runs back, are replayed by another loop.
 void expectReplay(const DriveParameters& parameters) {
