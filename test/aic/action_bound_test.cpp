@@ -23,6 +23,8 @@ PlantModel ground() {
 
 ActionBound bound() { return {ground(), {}, kPeriod}; }
 
+Observation measured(double stamp, double left, double right) { return {stamp, 0.0, left, right, 0.0, 0.0}; }
+
 TEST(ActionBound, RampsWithTheMotorsOnTheCurvature) {
   ActionBound bound = ::jackal_aic::bound();
   WheelVector action = WheelVector::Zero();
@@ -37,18 +39,13 @@ TEST(ActionBound, RampsWithTheMotorsOnTheCurvature) {
 TEST(ActionBound, ActionStaysAtTheGoalWhileAWheelRamps) {
   ActionBound bound = ::jackal_aic::bound();
   WheelVector action = WheelVector::Zero();
-  Observation y;
   double speed = 0.0;
   for (int k = 0; k < 60; ++k) {
     action = bound.bound(action, action + WheelVector(2.0, 2.0), {5.0, 5.0});
     bound.apply(action);
     if (k >= 4) speed = std::min(5.0, speed + 0.9 * kRamp);
-    y.stamp = k * kPeriod;
-    y.wheel_left = y.wheel_right = speed;
-    bound.observe(y, {});
-    if (speed < 4.5) {
-      EXPECT_LE(action(0), 5.0) << k;
-    }
+    bound.observe(measured(k * kPeriod, speed, speed), {});
+    if (speed < 4.5) EXPECT_LE(action(0), 5.0) << k;
   }
   EXPECT_GT(action(0), 5.0) << "a wheel that rests is no ramp";
 }
@@ -58,18 +55,13 @@ TEST(ActionBound, WheelsRampTogether) {
   ActionBound bound = ::jackal_aic::bound();
   const WheelVector goal(5.0, 10.0);
   WheelVector action = WheelVector::Zero();
-  Observation y;
   for (int k = 0; k < 40; ++k) {
     // Behind by more, the right wheel is pressed more.
     action = bound.bound(action, action + WheelVector(0.1, 1.0), goal);
     bound.apply(action);
-    y.stamp = k * kPeriod;
-    y.wheel_left = std::min(action(0), 0.5 * kRamp * k);
-    y.wheel_right = 0.5 * kRamp * k;
-    bound.observe(y, {});
-    if (k > 10 && y.wheel_right < goal(1)) {
-      EXPECT_LE(action(1) / goal(1), action(0) / goal(0) + 0.2) << k;
-    }
+    const double right = 0.5 * kRamp * k;
+    bound.observe(measured(k * kPeriod, std::min(action(0), right), right), {});
+    if (k > 10 && right < goal(1)) EXPECT_LE(action(1) / goal(1), action(0) / goal(0) + 0.2) << k;
   }
 }
 
@@ -77,10 +69,8 @@ TEST(ActionBound, StopEndsAtZeroWhileTheWheelMoves) {
   PlantModel quick = ground();
   quick.acceleration_limit = 100.0;
   ActionBound bound(quick, {}, kPeriod);
-  Observation moving;
-  moving.wheel_left = moving.wheel_right = 10.0;
   WheelVector action(10.0, 10.0);
-  bound.observe(moving, {});
+  bound.observe(measured(0.0, 10.0, 10.0), {});
   bound.apply(action);
   bound.bound(action, action, {10.0, 10.0});
   int periods = 0;
@@ -91,9 +81,7 @@ TEST(ActionBound, StopEndsAtZeroWhileTheWheelMoves) {
     bound.apply(action);
   }
   EXPECT_NEAR(periods * kPeriod, ActionBound::kShortestStop, 1e-9);
-  moving.stamp = 1.0;
-  moving.wheel_left = moving.wheel_right = 0.1;
-  bound.observe(moving, {});
+  bound.observe(measured(1.0, 0.1, 0.1), {});
   EXPECT_LT(bound.bound(action, {-0.1, -0.1}, WheelVector::Zero())(0), 0.0) << "at rest it holds the robot";
 }
 

@@ -94,8 +94,6 @@ TEST(Parameters, DivergingEulerIsRefusedWithItsNumber) {
   EXPECT_NO_THROW(validate(c, {}));
 }
 
-// ---- YAML
-
 std::string yamlRefusal(const std::string& text) {
   return complaint([&text] {
     ParameterMap map;

@@ -17,9 +17,8 @@ namespace jackal_aic {
 namespace {
 
 constexpr const char* kHelp =
-    "Usage: tick_benchmark [OPTION of Google Benchmark ...]\n"
-    "Times the steps of the controllers and of the fault monitor. Options of use: --benchmark_filter=REGEX,\n"
-    "--benchmark_min_time=S, --benchmark_repetitions=N, --benchmark_format=console|json, --benchmark_out=FILE.\n";
+    "Usage: tick_benchmark [--benchmark_filter=REGEX] [--benchmark_repetitions=N] [OPTION of Google Benchmark ...]\n"
+    "Times the steps of the controllers and of the fault monitor.\n";
 
 constexpr SetPoint kArc{0.5, 0.0, 0.2};  // m/s, rad/s
 
@@ -31,46 +30,37 @@ WheelCommand wheelsOf(const DriveParameters& drive) {
   return SkidSteerKinematics(drive.geometry).wheelSpeeds(kArc.forward, kArc.yaw_rate);
 }
 
-/// Samples of a robot that drives the arc with the noise of its sensors: the same in every run.
-class Samples {
- public:
-  Samples(const DriveParameters& drive, double period) : period_(period) {
-    const WheelCommand wheels = wheelsOf(drive);
-    std::mt19937 random(1);
-    const auto noise = [&random](double size) { return size * (random() / 2147483648.0 - 1.0); };
-    for (Observation& y : samples_) {
-      y = {0.0,        kArc.yaw_rate + noise(5e-3), wheels.left + noise(0.03), wheels.right + noise(0.03), noise(0.05),
-           noise(0.05)};
-    }
+/// Samples of a robot that drives the arc with the noise of its sensors, one after the other: the same in every run.
+auto samplesOf(const DriveParameters& drive, double period) {
+  const WheelCommand wheels = wheelsOf(drive);
+  std::array<Observation, 64> samples;
+  std::mt19937 random(1);
+  const auto noise = [&random](double size) { return size * (random() / 2147483648.0 - 1.0); };
+  for (Observation& y : samples) {
+    y = {0.0,        kArc.yaw_rate + noise(5e-3), wheels.left + noise(0.03), wheels.right + noise(0.03), noise(0.05),
+         noise(0.05)};
   }
-
-  const Observation& next() {
-    Observation& sample = samples_[index_++ % samples_.size()];
-    sample.stamp = stamp_ += period_;
+  return [samples, period, i = 0]() mutable -> const Observation& {
+    Observation& sample = samples[static_cast<std::size_t>(i) % samples.size()];
+    sample.stamp = 1.0 + period * ++i;
     return sample;
-  }
-
- private:
-  std::array<Observation, 64> samples_;
-  double period_;  // s
-  double stamp_ = 1.0;
-  std::size_t index_ = 0;
-};
+  };
+}
 
 /// Belief updates of a controller. @param sampled each brings a sample; else one in a thousand does.
 void timeBelief(benchmark::State& state, const char* preset, bool sampled) {
   const DriveParameters drive = parametersOf(preset);
   const auto controller = makeController(drive);
-  Samples samples(drive, sampled ? 0.001 : 0.02);
+  auto nextSample = samplesOf(drive, sampled ? 0.001 : 0.02);
   controller->setSetPoint(kArc);
   for (int i = 0; i < 500; ++i) {
-    if (i % 20 == 0) controller->observe(samples.next());
+    if (i % 20 == 0) controller->observe(nextSample());
     controller->updateBelief();
     if (i % 20 == 0) controller->hold(controller->updateAction());
   }
   int tick = 0;
   while (state.KeepRunning()) {
-    if (sampled || ++tick % 1000 == 0) controller->observe(samples.next());
+    if (sampled || ++tick % 1000 == 0) controller->observe(nextSample());
     controller->updateBelief();
     benchmark::ClobberMemory();
   }
@@ -81,7 +71,7 @@ void timeMonitor(benchmark::State& state, bool checked) {
   const DriveParameters drive = parametersOf("predictive");
   FaultMonitor monitor(FaultParameters{}, drive.geometry, drive.plant_model.value());
   const WheelCommand wheels = wheelsOf(drive);
-  Samples samples(drive, 0.02);
+  auto nextSample = samplesOf(drive, 0.02);
   int steps = 0;
   const auto advance = [&] {
     const double change = 0.05 * std::sin(0.3 * (++steps / 20 % 32));
@@ -89,10 +79,10 @@ void timeMonitor(benchmark::State& state, bool checked) {
   };
   for (int i = 1; i <= 1000; ++i) {
     advance();
-    if (i % 20 == 0) monitor.check(samples.next());
+    if (i % 20 == 0) monitor.check(nextSample());
   }
   while (state.KeepRunning()) {
-    if (checked) monitor.check(samples.next());
+    if (checked) monitor.check(nextSample());
     if (!checked) advance();
     benchmark::ClobberMemory();
   }

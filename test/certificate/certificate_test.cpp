@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// The drive train of the numbers below.
 PlantModel known() {
   PlantModel plant;
   plant.dead_time = 0.083;

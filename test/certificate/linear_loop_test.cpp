@@ -6,6 +6,9 @@
 #include <cmath>
 
 #include "../complaint.hpp"
+#include "ground.hpp"
+#include "jackal_aic/aic/spectral_radius.hpp"
+#include "jackal_aic/certificate/jitter_search.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -90,6 +93,34 @@ TEST(LinearLoop, PeriodIsCommonToSensorAndAction) {
   }
   plant.sensor_rate = 49.7;
   expectSays(complaint([&] { LinearLoop(ControllerParameters{}, {}, plant); }), {"plant_model.sensor_rate = 49.7 Hz"});
+}
+
+using Eigen::MatrixXd;
+
+LinearLoop groundLoop() { return {PredictiveParameters{}, ground(), ground()}; }
+
+TEST(JitteredMap, IsThePeriodMapWithoutJitter) {
+  const LinearLoop loop = groundLoop();
+  const Eigen::Vector3d regular = loop.irregularGains(1)[1];
+  for (const double phase : {0.0, 0.0055, 0.02}) {
+    for (const double extra : {0.0, 0.013}) {
+      const MatrixXd map = loop.jitteredMap({phase, extra, regular}, 0.04);
+      EXPECT_NEAR(spectralRadiusOf(map).value, loop.spectralRadius(LoopMode::straight, {1.0, extra, phase}), 1e-6)
+          << phase << ", " << extra;
+    }
+  }
+}
+
+TEST(JitterSearch, FindsNoGrowthOnASlightlyIrregularClock) {
+  for (const Jitter& jitter : {Jitter{0.02, 0}, Jitter{0.0, 3}}) {
+    EXPECT_LT(worstGrowth(groundLoop(), jitter), 1.0) << jitter.extra_delay << " s, " << jitter.lost_samples << " lost";
+  }
+}
+
+TEST(JitterSearch, FindsGrowthInASequenceOfStablePeriods) {
+  const LinearLoop loop = groundLoop();
+  for (const double delay : {0.0, 0.02, 0.04}) EXPECT_TRUE(loop.stable({1.0, delay})) << delay;
+  EXPECT_GT(worstGrowth(loop, {0.04, 0}), 1.0);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "../repository.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/safety/remedy.hpp"
 #include "jackal_aic/safety/stop_cause.hpp"
 #include "parameters/node_parameters.hpp"
@@ -25,7 +24,6 @@ constexpr const char* kMade = "<!-- Made from the code by scripts/regenerate. Ch
 constexpr const char* kSeverities[] = {"stop", "emergency", "halt", "fault"};
 constexpr const char* kNode = "src/node/parameters/node_parameters.hpp";
 
-/// A text with every match of a pattern replaced.
 std::string replaced(const std::string& text, const std::string& pattern, const std::string& by) {
   return std::regex_replace(text, std::regex(pattern), by);
 }
@@ -73,7 +71,6 @@ std::string table(const std::vector<Row>& rows) {
   return text;
 }
 
-/// Rows of a parameter struct.
 template <class Parameters>
 std::vector<Row> rowsOf(const std::string& prefix, const std::string& header, const std::string& structure) {
   std::vector<Row> rows;
@@ -104,7 +101,6 @@ std::vector<Row> nodeRows() {
   return rows;
 }
 
-/// A heading with its rows.
 struct Section {
   std::string heading;
   std::vector<Row> rows;
@@ -136,8 +132,7 @@ std::vector<Section> controllerSections() {
 
 /// Takes the rows of config/jackal.yaml out of the sections.
 std::vector<Row> takeBasic(std::vector<Section>& sections) {
-  ParameterMap map;
-  addYamlFile((kRoot / "config/jackal.yaml").string(), map);
+  const ParameterMap map = shipped({"jackal"});
   std::vector<Row> basic;
   for (Section& section : sections) {
     std::vector<Row> rest;
@@ -214,11 +209,7 @@ TEST(Reference, EveryRemedyIsThatOfTheCode) {
 }
 
 TEST(Reference, DefaultsAreThoseOfTheShippedFiles) {
-  ParameterMap map;
-  for (const std::string file :
-       {"diff_drive", "advanced", "jackal", "standard", "predictive", "jackal_model", "plant"}) {
-    addYamlFile((kRoot / ("config/" + file + ".yaml")).string(), map);
-  }
+  ParameterMap map = shipped({"diff_drive", "advanced", "jackal", "standard", "predictive", "jackal_model", "plant"});
   // Which mean something else where they are missing: a robot without a name, one that was identified, geometry that
   // the URDF tells, and no file.
   const std::set<std::string> apart{"plant_model.robot", "plant_model.identified", "robot.wheel_radius", "slip.file"};

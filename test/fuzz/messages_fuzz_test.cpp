@@ -17,7 +17,6 @@
 #include "../repository.hpp"
 #include "inputs/sensors.hpp"
 #include "inputs/set_points.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "parameters/node_parameters.hpp"
 
@@ -54,20 +53,13 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-NodeParameters shipped(const std::string& preset) {
-  ParameterMap map;
-  for (const std::string& file : {std::string("jackal"), preset, std::string("plant_model")}) {
-    addYamlText(textOf("config/" + file + ".yaml"), file, map);
-  }
-  return readNodeParameters(map, [] { return textOf("sim/urdf/jackal.urdf"); });
-}
-
 /// What the node does between its topics, on a time of its own.
 class Loop {
  public:
   Loop(const std::string& preset, std::uint64_t seed)
       : random_(seed),
-        parameters_(shipped(preset)),
+        parameters_(readNodeParameters(shipped({"jackal", preset, "plant_model"}),
+                                       [] { return textOf("sim/urdf/jackal.urdf"); })),
         kinematics_(parameters_.geometry),
         loop_(parameters_, makeController(parameters_)),
         sensors_(parameters_.robot, frames_, [this](const Observation& observation, const ros::Time&) {

@@ -1,42 +1,39 @@
+// Parameters of the node, from files, the parameter server, dynamic_reconfigure and the learned file; no master.
+
 #include "parameters/node_parameters.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <regex>
 #include <set>
+#include <string>
 #include <tuple>
+#include <utility>
 
+#include "../command.hpp"
 #include "../complaint.hpp"
 #include "../repository.hpp"
+#include "../temporary_directory.hpp"
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
+#include "parameters/learned_file.hpp"
 #include "parameters/live_parameters.hpp"
+#include "parameters/ros_parameters.hpp"
 
 namespace jackal_aic {
 namespace {
 
 std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
 
-ParameterMap shipped(const std::vector<std::string>& files) {
-  ParameterMap map;
-  for (const std::string& file : files) addYamlFile((kRoot / "config" / (file + ".yaml")).string(), map);
-  return map;
-}
-
 std::string refusal(const ParameterMap& map, const std::string& urdf = jackalUrdf()) {
   const std::string said = complaint([&] { readNodeParameters(map, [&] { return urdf; }); });
   EXPECT_NE(said, "") << "accepted";
   return said;
-}
-
-TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
-  for (const char* preset : {"standard", "improved", "tuned"}) {
-    const NodeParameters parameters = readNodeParameters(shipped({"jackal", preset}), jackalUrdf);
-    EXPECT_DOUBLE_EQ(parameters.geometry.effective_track, 0.5621);
-    EXPECT_DOUBLE_EQ(parameters.geometry.wheel_radius, 0.098) << "from the URDF";
-    EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
-    EXPECT_FALSE(parameters.plant_model);
-  }
 }
 
 TEST(NodeParameters, WhatDoesNotFitIsRefusedByName) {
@@ -96,6 +93,8 @@ TEST(NodeParameters, OneVarianceOfASensorIsForAllThatWeighByIt) {
 TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
   ParameterMap map = shipped({"standard"});
   NodeParameters parameters = readNodeParameters(map, jackalUrdf);
+  EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
+  EXPECT_FALSE(parameters.plant_model);
   EXPECT_NEAR(parameters.geometry.effective_track, 1.5 * 0.37559, 1e-9);
   EXPECT_NEAR(parameters.geometry.wheel_radius, 0.098, 1e-9);
 
@@ -109,7 +108,6 @@ TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
   EXPECT_EQ(parameters.geometry.effective_track, 0.6);
 }
 
-/// The bounds of a radius and a track hold wherever they come from.
 TEST(NodeParameters, AUrdfThatIsMissingOrWrongIsRefused) {
   const ParameterMap map = shipped({"jackal", "standard"});
   const auto withRadius = [](const std::string& radius) {
@@ -162,6 +160,174 @@ TEST(GainServer, OffersDefaultsAndRangesOfEveryGainButTheRates) {
   offered.insert({"belief_rate", "action_rate"});
   for (const Field& field : fieldsOf(PredictiveParameters{})) known.insert(field.name);
   EXPECT_EQ(offered, known);
+}
+
+/// A YAML file as rosparam reads it and the parameter server hands it on.
+ParameterMap fileThroughRosparam(const std::string& path) {
+  const std::string program =
+      "import sys, xmlrpc.client, yaml; print(xmlrpc.client.dumps((yaml.safe_load(open(sys.argv[1])),)))";
+  const std::string xml = runCommand("/usr/bin/python3 -c '" + program + "' " + path).text;
+  int offset = static_cast<int>(xml.find("<value>"));
+  return parametersIn(XmlRpc::XmlRpcValue(xml, &offset));
+}
+
+ParameterMap throughRosparam(const std::string& yaml) {
+  const TemporaryDirectory directory;
+  return fileThroughRosparam(directory.write("parameters.yaml", yaml));
+}
+
+class EveryReader : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryReader, TakesATextForTheSame) {
+  const std::string text = GetParam(), line = "section: {key: " + text + "}";
+  ParameterMap file, set, server = throughRosparam(line);
+  addYamlText(line, "file", file);
+  setFromText("section.key", text, set);
+  const ParameterValue* expected = file.take("section.key");
+  ASSERT_NE(expected, nullptr);
+  for (ParameterMap* other : {&set, &server}) {
+    const ParameterValue* value = other->take("section.key");
+    ASSERT_NE(value, nullptr) << text;
+    EXPECT_EQ(*value, *expected) << text << ": " << describe(*value) << " and " << describe(*expected);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Values, EveryReader,
+                         testing::Values("0.5", "3", "-1", "1e8", "1.0e8", "1.0e+08", "-2E-3", "true", "Yes", "off",
+                                         "word", "e", "two words", "'2'", "'on'", "[1, 2.5]", "[1e8, 2]", "[a, b]",
+                                         "['1', '2']", "['a,b', c]"));
+
+TEST(RosParameters, EveryShippedFileIsTheSameForRosparam) {
+  int values = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(JACKAL_AIC_SOURCE_DIR) + "/config")) {
+    if (entry.path().filename() == "robot_localization.yaml") continue;  // of another package's node
+    ParameterMap file, server = fileThroughRosparam(entry.path().string());
+    addYamlFile(entry.path().string(), file);
+    ASSERT_EQ(server.keys(), file.keys()) << entry.path();
+    for (const std::string& key : file.keys()) {
+      EXPECT_EQ(*server.take(key), *file.take(key)) << entry.path() << ": " << key;
+      ++values;
+    }
+  }
+  EXPECT_GT(values, 150);
+}
+
+TEST(RosParameters, RefusesAnEmptyMapAsTheFileDoes) {
+  for (const char* yaml : {"plant_model: {gain: {}}", "controller: {}"}) {
+    ParameterMap file;
+    EXPECT_THROW(addYamlText(yaml, "file", file), ParameterError) << yaml;
+    EXPECT_THROW(throughRosparam(yaml), ParameterError) << yaml;
+  }
+  EXPECT_TRUE(throughRosparam("{}").keys().empty()) << "a namespace without parameters";
+}
+
+TEST(Frames, HaveThePrefixOfTheirRobot) {
+  EXPECT_EQ(prefixedFrame("", "odom"), "odom");
+  EXPECT_EQ(prefixedFrame("robot1", "odom"), "robot1/odom");
+  EXPECT_EQ(prefixedFrame("/robot1/", "odom"), "robot1/odom");
+  EXPECT_EQ(prefixedFrame("fleet/robot1", "imu_link"), "fleet/robot1/imu_link");
+  EXPECT_EQ(prefixedFrame("robot1", "/map"), "map");
+  EXPECT_EQ(prefixedFrame("//", "odom"), "odom");
+}
+
+const SlipState kConfigured{0.5621, 1.0};
+const LearnedModel kThen{kConfigured, DriveTrainTiming{0.08, 0.006}};
+
+class LearnedFileTest : public testing::Test {
+ protected:
+  /// What comes back of what is written.
+  LearnedModel again(const LearnedModel& learned, const LearnedModel& configured = kThen) const {
+    writeLearnedFile(path_, learned, configured);
+    return readLearnedFile(path_, configured).value();
+  }
+
+  std::string refusal() const {
+    return complaint([this] { readLearnedFile(path_, kThen); }, 400 + path_.size());
+  }
+
+  TemporaryDirectory directory_;
+  std::string path_ = directory_.path("slip.yaml");
+};
+
+TEST_F(LearnedFileTest, GivesBackWhatWasWritten) {
+  EXPECT_FALSE(readLearnedFile(path_, kThen)) << "there is no file";
+  const LearnedModel learned = again({{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}});
+  EXPECT_EQ(std::pair(learned.slip.effective_track, learned.slip.slip_factor), std::pair(0.7123, 0.93));
+  EXPECT_EQ(std::pair(learned.timing.value().dead_time, learned.timing->lag), std::pair(0.123, 0.045));
+  EXPECT_FALSE(again({{0.7123, 0.93}}).timing) << "it was not learned";
+  const LearnedModel slow{kConfigured, DriveTrainTiming{0.6, 0.7}};
+  EXPECT_FALSE(again(slow, slow).timing) << "slower than anything learned";
+  directory_.write("slip.yaml", "slip: {slip_factor: 1.0, effective_track: 0.5621}\n");
+  EXPECT_FALSE(readLearnedFile(path_, kThen)->timing) << "a file from before they were learned";
+}
+
+TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
+  SlipBelief belief(kConfigured, 0.098, {});
+  for (int k = 0; k < 2000; ++k) {
+    const double mean = 0.01 * (k % 1000);
+    belief.learnTrack(0.6 + 0.01 * mean, 0.0, {4.0, 1e-4, 0.0, 0.0, mean, 0.0}, 0.02);
+  }
+  const auto turn = again({belief.state()}).slip.turn.value();
+  EXPECT_EQ(turn.mean, belief.state().turn->mean);
+  EXPECT_EQ(turn.covariance, belief.state().turn->covariance);
+}
+
+TEST_F(LearnedFileTest, RefusesWhatWasLearnedWithAnotherConfiguration) {
+  const LearnedModel now{kConfigured, DriveTrainTiming{0.2, 0.006}};
+  writeLearnedFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}}, kThen);
+  EXPECT_EQ(complaint([&] { readLearnedFile(path_, now); }),
+            "slip.file = '" + path_ +
+                "': learned with dead time 0.08 s, lag 0.006 s, configured with dead time 0.2 s, lag 0.006 s now");
+  EXPECT_THROW(readLearnedFile(path_, {{5.0, 1.0}, kThen.timing}), ParameterError);
+}
+
+TEST_F(LearnedFileTest, PutsAFileAsideThatCannotBeUsed) {
+  directory_.write("slip.yaml", "slip: {told_track: 0.5}");
+  directory_.write("slip.yaml.old", "an earlier one");
+  EXPECT_TRUE(putAside(path_));
+  EXPECT_FALSE(std::filesystem::exists(path_));
+  EXPECT_EQ(readText(path_ + ".old"), "slip: {told_track: 0.5}");
+  EXPECT_FALSE(putAside(directory_.path(""))) << "a directory";
+}
+
+TEST_F(LearnedFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
+  const std::string slip = "slip: {slip_factor: 1.0, effective_track: 0.5621";
+  const std::pair<std::string, std::string> rows[] = {
+      {"slip: {effective_track: 3.0, slip_factor: 1.0}", "slip.effective_track = 3"},
+      {"slip: {effective_track: 0.5, slip_factor: 2.5}", "slip.slip_factor = 2.5"},
+      {"slip: {effective_track: .nan, slip_factor: 1.0}", "slip.effective_track"},
+      {"slip: {effective_track: 0.5}", "slip.slip_factor"},
+      {"slip: {effective_track: 0.5, slip_factor: 1.0, beta: 2.0}", "slip.beta"},
+      {"slip: {effective_track: wide, slip_factor: 1.0}", "wide"},
+      {"slip: [0.5", path_},
+      {"", ""},
+      {slip + ", turn_coefficients: [1.8, 0, 0, 0]}", "4 and 0 numbers: must be 4 and 10"},
+      {slip + ", turn_coefficients: [1.8, 0, 0, 0], turn_covariance: [1, 0, 1, 0, 0, -1, 0, 0, 0, 1]}",
+       "positive definite"},
+      {slip + "}\ndrive_train: {dead_time: 0.1}", "drive_train.lag"},
+      {slip + "}\ndrive_train: {dead_time: 2.0, lag: 0.01}", "drive_train.dead_time = 2: must be in [0, 0.4] s"}};
+  for (const auto& [text, said] : rows) {
+    directory_.write("slip.yaml", text);
+    expectSays(refusal(), {said});
+  }
+  directory_.write("slip.yaml", rows[0].first);
+  expectSays(refusal(), {path_});
+  path_ += "\n" + std::string(300, 'x');  // a path that cannot be
+  EXPECT_EQ(refusal().rfind("slip.file = '/", 0), 0u) << refusal();
+}
+
+TEST_F(LearnedFileTest, IsWrittenWholeOrNotAtAll) {
+  const auto refusalOfWriting = [](const std::string& path) {
+    return complaint([&] { writeLearnedFile(path, {{0.7, 1.0}}, kThen); });
+  };
+  EXPECT_EQ(refusalOfWriting(path_), "");
+  directory_.write("slip.yaml.new", "half a fi");  // a writer that was killed
+  EXPECT_NEAR(again({{0.6, 1.0}}).slip.effective_track, 0.6, 1e-9);
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".new"));
+  std::filesystem::create_symlink("/dev/full", path_ + ".new");
+  expectSays(refusalOfWriting(path_), {"No space left on device"});
+  EXPECT_NEAR(readLearnedFile(path_, kThen)->slip.effective_track, 0.6, 1e-9);
+  expectSays(refusalOfWriting("/nowhere/slip.yaml"), {"/nowhere/slip.yaml", "No such file or directory"});
 }
 
 }  // namespace

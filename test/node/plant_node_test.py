@@ -2,12 +2,10 @@
 """The simulated robot as a node: rates, commands, an IMU that is pulled, reset, and how it waits for its controller."""
 
 import math
-import sys
 import time
 import unittest
 
 import rospy
-import rostest
 from jackal_aic.msg import ControllerState
 from jackal_msgs.msg import Drive, Feedback
 from nav_msgs.msg import Odometry
@@ -17,7 +15,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Empty, SetBool
 from tf2_msgs.msg import TFMessage
 
-from simulated_robot import Log, PATIENCE, RADIUS, advertise, call
+from simulated_robot import Log, PATIENCE, RADIUS, advertise, call, run_test
 
 
 PERIOD = 20  # ms, parameter lockstep
@@ -252,5 +250,4 @@ class Lockstep(Plant):
 
 
 if __name__ == '__main__':
-    rospy.init_node('plant_node_test')
-    rostest.rosrun('jackal_aic', sys.argv[1], {'plant_node': PlantNode, 'lockstep': Lockstep}[sys.argv[1]])
+    run_test(plant_node=PlantNode, lockstep=Lockstep)

@@ -8,12 +8,15 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
+import unittest
 
 import rospkg
 import rospy
+import rostest
 from geometry_msgs.msg import TransformStamped, Twist
 from jackal_aic.msg import ControllerState
 from jackal_msgs.msg import Drive
@@ -213,3 +216,21 @@ class Robot:
 
     def yaw_rate(self):
         return self.truth[-1].twist.twist.angular.z
+
+
+class RobotTest(unittest.TestCase):
+    """Of a controller that the launch file starts."""
+
+    def setUp(self):
+        self.robot = Robot(self)
+        self.addCleanup(self.robot.close)
+        self.wait_until_ready()
+
+    def wait_until_ready(self):
+        self.robot.wait_until_ready()
+
+
+def run_test(**tests):
+    """The one that the first argument names."""
+    rospy.init_node(sys.argv[1] + '_test')
+    rostest.rosrun('jackal_aic', sys.argv[1], tests[sys.argv[1]])

@@ -196,46 +196,31 @@ class StartAndStop(unittest.TestCase):
             for relay in relays.values():
                 relay.subscriber.unregister()
 
-    # What the predictive controller learns about the slip is kept across restarts in a file, and frozen on request.
-
-    def learner(self, name):
-        return self.ready(name, 'predictive', 'plant_model', plant_model__effective_track=CONFIGURED, slip__file=str(self.file))
-
-    def track(self):
-        return self.robot.state().effective_track
-
-    def test_the_slip_outlives_a_restart_and_a_kill(self):
-        for number in (signal.SIGTERM, signal.SIGKILL):
-            name = 'learning_{}'.format(int(number))
-            process = self.learner(name)
-            self.assertAlmostEqual(self.track(), CONFIGURED)
-            self.robot.rest()
-            self.drive(0.0, 0.5)
-            self.robot.command(0.0)
-            self.robot.run(0.5 if number == signal.SIGTERM else 12.0)  # it is written every 10 s, the last time at rest
-            learned = self.track()
-            self.assertAlmostEqual(learned, TRUE, delta=TOLERANCE)
-            self.end(process, number)
-            again = self.ready(name)
-            self.assertAlmostEqual(self.robot.states[0].effective_track, learned, delta=1e-3, msg='known before the first turn')
-            self.end(again)
-            self.file.unlink()
-
-    def test_the_slip_is_saved_on_request_and_stays_while_frozen(self):
-        self.learner('frozen')
+    def test_the_slip_is_frozen_saved_and_outlives_a_restart_and_a_kill(self):
+        """What the predictive controller learns about the slip."""
+        process = self.ready('learning', 'predictive', 'plant_model', plant_model__effective_track=CONFIGURED, slip__file=str(self.file))
         self.robot.rest()
-        self.assertTrue(call('/frozen/freeze_learning', SetBool, True).success)
-        learned = self.track()
+        self.assertTrue(call('/learning/freeze_learning', SetBool, True).success)
         self.drive(0.0, 0.5)
-        self.assertEqual(self.track(), learned)
+        self.assertAlmostEqual(self.robot.state().effective_track, CONFIGURED)
         self.assertTrue(self.robot.state().learning_frozen)
-        call('/frozen/freeze_learning', SetBool, False)
+        call('/learning/freeze_learning', SetBool, False)
         self.robot.run(3.0)
-        self.assertAlmostEqual(self.track(), TRUE, delta=TOLERANCE)
-        saved = call('/frozen/save_learned_model', Trigger)
+        saved = call('/learning/save_learned_model', Trigger)
         self.assertTrue(saved.success, saved.message)
         self.assertIn('{}: effective track 0.5'.format(self.file), saved.message)
         self.assertIn('effective_track: 0.5', self.file.read_text())
+        for number, seconds in ((signal.SIGTERM, 0.5), (signal.SIGKILL, 12.0)):  # it is written every 10 s, the last time at rest
+            self.file.unlink()
+            self.drive(0.0, -0.5)
+            self.robot.command(0.0)
+            self.robot.run(seconds)
+            learned = self.robot.state().effective_track
+            self.assertAlmostEqual(learned, TRUE, delta=TOLERANCE)
+            self.end(process, number)
+            process = self.ready('learning')
+            self.assertAlmostEqual(self.robot.states[0].effective_track, learned, delta=1e-3, msg='known before the first turn')
+            self.robot.rest()
 
 
 if __name__ == '__main__':

@@ -143,7 +143,6 @@ class Launch(unittest.TestCase):
             self.assertIn(name, files)
 
     def test_wrong_arguments_are_refused_with_the_reason(self):
-        """Those that contradict each other, that nothing would come of, or that name nothing."""
         plants = 'unknown plant: grond; choose ground, box, real or a file NAME.yaml'
         for arguments, reason in (('jackal.launch record_to:=drive', 'record_to:=drive: needs record:=true'),
                                   ('jackal.launch preset:=improved slip_file:=/tmp/slip.yaml', 'slip_file: needs preset:=predictive'),
@@ -203,12 +202,10 @@ class Scripts(unittest.TestCase):
         self.directory = pathlib.Path(directory.name)
 
     def refused(self, script, workspace):
-        """A script says that the workspace is not ours."""
         said = run('! timeout 60 {}/scripts/{}'.format(SOURCE, script), JACKAL_AIC_WS=str(workspace))
         self.assertIn('set JACKAL_AIC_WS to an empty directory', said)
 
     def test_a_directory_that_is_not_ours_is_left_alone(self):
-        """What a user has there is neither used nor thrown away."""
         for theirs in ('build/work', 'devel/work', 'src/their_package/work', 'log/sanitizer/work', 'notes/work'):
             workspace = self.directory / theirs.replace('/', '_')
             (workspace / theirs).mkdir(parents=True)
@@ -231,32 +228,23 @@ class Scripts(unittest.TestCase):
             self.refused('build', workspace)
             self.assertTrue((workspace / 'build/work').exists())
 
-    def with_libraries(self, libraries, command, terminal=False):
-        """Output of bash that has read libraries of the scripts; on a terminal or not."""
-        script = self.directory / 'script'
-        script.write_text('set -eu\n' + ''.join('. {}/scripts/lib/{}.sh\n'.format(SOURCE, name) for name in libraries) + command + ' 2>&1\n')
-        return run('script -qec "bash {}" /dev/null'.format(script) if terminal else 'bash {}'.format(script), None)
-
     def test_apt_asks_on_a_terminal_and_removes_nothing(self):
-        """By an apt of the test's own, which prints its arguments."""
-        def installed(terminal, yes):
-            return self.with_libraries(('progress', 'packages'), 'sudo() { "$@"; }\nassume_yes=%s missing=()\napt-get() { echo apt "$@"; }\n'
-                                       'install_packages no-such-package' % yes, terminal)
-        for terminal, yes, asks in ((True, 'false', True), (True, 'true', False), (False, 'false', False)):
-            said = installed(terminal, yes)
+        script = self.directory / 'script'
+        for command, yes, asks in (('script -qec "bash {}" /dev/null', 'false', True), ('script -qec "bash {}" /dev/null', 'true', False),
+                                   ('bash {}', 'false', False)):  # on a terminal or not
+            script.write_text('set -eu\n. {0}/progress.sh\n. {0}/packages.sh\nsudo() {{ "$@"; }}\nassume_yes={1} missing=()\n'
+                              'apt-get() {{ echo apt "$@"; }}\ninstall_packages no-such-package 2>&1\n'.format(SOURCE / 'scripts/lib', yes))
+            said = run(command.format(script), None)
             self.assertIn('nothing is removed): no-such-package', said)
             self.assertIn('install --no-install-recommends --no-remove no-such-package', said)
             self.assertEqual(' -y' not in said, asks, said)
 
     def test_a_pattern_builds_what_its_tests_need_or_is_refused(self):
         """`scripts/test --only` asks this before it builds."""
-        for pattern, said in (('drive_gate', 'drive_gate_test\n'), ('test_node_lockstep', 'all\n'), ('python_package', 'all\n')):
-            self.assertEqual(self.targets(pattern), said)
-        self.assertIn('--only nosuch: no test has such a name', self.targets('nosuch'))
-        self.assertIn('--only (: no regular expression', self.targets('('))
-
-    def targets(self, pattern):
-        return self.with_libraries(('progress', 'tests'), 'test_targets {} "{}"'.format(BUILD, pattern))
+        for pattern, said in (('drive_gate', 'drive_gate_test\n'), ('test_node_lockstep', 'all\n'), ('python_package', 'all\n'),
+                              ('nosuch', '--only nosuch: no test has such a name'), ('(', '--only (: no regular expression')):
+            command = 'set -eu; . {0}/progress.sh; . {0}/tests.sh; test_targets {1} "{2}" 2>&1'.format(SOURCE / 'scripts/lib', BUILD, pattern)
+            self.assertIn(said, run(command, None))
 
 
 @unittest.skipIf(IS_SANITIZED, 'the libraries are instrumented')

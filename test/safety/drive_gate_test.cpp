@@ -53,22 +53,6 @@ TEST(OverdueInputs, EachHasItsInclusiveDeadlineOnBothSidesOfNow) {
   }
 }
 
-TEST(OverdueInputs, PairsAreUnpairedOnlyWhileBothSourcesGoOn) {
-  for (double InputAges::*silent : {&InputAges::imu, &InputAges::wheels}) {
-    InputAges ages = aged(silent, 0.19);
-    ages.measurement = 0.23;
-    ages.unpaired = 0.0;
-    EXPECT_EQ(overdue(ages), StopCause::none);
-    ages.*silent = 0.201;
-    EXPECT_EQ(overdue(ages), silent == &InputAges::imu ? StopCause::imu_late : StopCause::wheels_late);
-  }
-  InputAges ages = aged(&InputAges::measurement, 0.23);
-  ages.unpaired = 0.03;
-  EXPECT_EQ(overdue(ages), StopCause::none);
-  ages.unpaired = 0.11;
-  EXPECT_EQ(overdue(ages), StopCause::unpaired);
-}
-
 TEST(StopCauses, WorstCountsAndEachHasAText) {
   StopCauses causes;
   EXPECT_EQ(causes.worst(), StopCause::none);
@@ -111,12 +95,10 @@ class DriveGateTest : public testing::Test {
 
   GateDecision step(const GateInputs& inputs) {
     const GateDecision decision = gate.decide(inputs);
-    const WheelCommand before = command;
     command = decision.status == DriveStatus::driving
                   ? gate.drive(kKinematics.wheelSpeeds(wanted, 0.5 * wanted), {wanted, 0.0, 0.5 * wanted})
                   : gate.brake();
     EXPECT_EQ(command, gate.command());
-    largest_jump = std::max(largest_jump, (command.vector() - before.vector()).cwiseAbs().maxCoeff());
     return decision;
   }
 
@@ -150,7 +132,6 @@ class DriveGateTest : public testing::Test {
   const GateInputs clear{{}, false}, zero{{}, true};
   double wanted = 1.0;  // m/s, and rad/s twice that
   WheelCommand command;
-  double largest_jump = 0.0;
 };
 
 TEST_F(DriveGateTest, EmergencyBrakesAtTheHardestLimit) {
@@ -257,8 +238,10 @@ TEST_F(DriveGateTest, ResetForgetsMotionFaultBrakeAndDivergedAction) {
   EXPECT_EQ(gate.command(), WheelCommand{});
   expectLatched(5.0, DriveStatus::stopped, StopCause::start);
   EXPECT_EQ(step(zero).status, DriveStatus::driving);
-
-  steps(clear, 1.0);
+  gate.drive({kNaN, 1.0}, {});
+  gate.reset();
+  gate.release();
+  EXPECT_EQ(steps(clear, 1.0).status, DriveStatus::driving);
   step(with(StopCause::emergency_stop));
   gate.reset();
   gate.release();
@@ -266,26 +249,6 @@ TEST_F(DriveGateTest, ResetForgetsMotionFaultBrakeAndDivergedAction) {
   const double before = speed();
   expect(step(with(StopCause::imu_late)), DriveStatus::braking, StopCause::imu_late);
   EXPECT_NEAR(before - speed(), 1.0 / 17.0, 1e-9) << "no emergency any more";
-
-  ASSERT_EQ(steps(clear, 1.0).status, DriveStatus::driving);
-  gate.drive({kNaN, 1.0}, {});
-  gate.reset();
-  gate.release();
-  EXPECT_EQ(step(clear).status, DriveStatus::driving);
-}
-
-TEST_F(DriveGateTest, NoSequenceOfCausesMakesTheCommandJump) {
-  const double largest_step = kKinematics.wheelSpeeds(20.0 * kPeriod, 25.0 * kPeriod).right;
-  unsigned state = 1;
-  for (int i = 0; i < 20000; ++i) {
-    state = 1664525u * state + 1013904223u;
-    wanted = 2.0 * std::sin(0.001 * i);
-    const int cause = static_cast<int>((state >> 8) % (8 * kStopCauses));  // mostly none
-    step(cause < kStopCauses ? with(static_cast<StopCause>(cause), cause % 2 == 0) : GateInputs{{}, state % 64 == 0});
-    ASSERT_LE(std::abs(speed()), 2.0 + 1e-9);
-  }
-  EXPECT_LE(largest_jump, largest_step + 1e-9);
-  EXPECT_GT(largest_jump, 0.0);
 }
 
 std::string refusal(const std::string& key, double value) {

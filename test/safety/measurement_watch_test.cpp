@@ -49,7 +49,6 @@ std::string reason(const MeasurementWatch& watch) {
   return faulty ? text(watch.fault()) : text(watch.loss());
 }
 
-/// A sample at a time, with these wheel speeds and this yaw rate.
 Observation sampleAt(double stamp, double wheels = 0.0, double yaw_rate = 0.0) {
   Observation y;
   y.stamp = stamp;
@@ -202,16 +201,6 @@ struct DrivingWatch {
     return watch.causes(kSound, y.stamp, false).worst();
   }
 };
-
-TEST(MeasurementWatch, WheelThatDoesNotFollowStops) {
-  for (const bool left : {true, false}) {
-    DrivingWatch robot;
-    for (int i = 0; i <= 100; ++i) EXPECT_EQ(robot.step(5.0, 5.0), StopCause::none);
-    StopCause cause = StopCause::none;
-    for (int i = 0; i < 60; ++i) cause = left ? robot.step(0.0, 5.0) : robot.step(5.0, 0.0);
-    EXPECT_EQ(cause, StopCause::sensor_fault);
-  }
-}
 
 TEST(MeasurementWatch, BothEncodersThatRepeatAreToleratedForThreeTenths) {
   DrivingWatch robot;

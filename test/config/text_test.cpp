@@ -1,19 +1,75 @@
-#include "jackal_aic/config/yaml_text.hpp"
+#include "jackal_aic/config/text.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <random>
 #include <regex>
+#include <thread>
 
 #include "../complaint.hpp"
+#include "../temporary_directory.hpp"
 #include "jackal_aic/aic/parameters.hpp"
-#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/parameter_map.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
 
 namespace jackal_aic {
 namespace {
+
+class TextFile : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return directory_.path(name); }
+
+  static void expectRefused(const std::string& path, const std::string& reason) {
+    EXPECT_EQ(complaint([&] { readText(path); }), path + ": " + reason);
+  }
+
+  TemporaryDirectory directory_;
+};
+
+TEST_F(TextFile, IsReadUpToItsBound) {
+  const std::string text(100000, 'x');
+  std::ofstream(path("file")) << text;
+  EXPECT_EQ(readText(path("file")), text);
+  EXPECT_EQ(readText(path("file"), text.size()), text);
+  EXPECT_THROW(readText(path("file"), text.size() - 1), ParameterError);
+  std::ofstream(path("empty")).flush();
+  EXPECT_EQ(readText(path("empty")), "");
+}
+
+TEST_F(TextFile, LargeOneIsRefusedUnread) {
+  std::ofstream(path("large")).flush();
+  std::filesystem::resize_file(path("large"), std::uintmax_t{1} << 40);  // without any bytes on the disk
+  expectRefused(path("large"), "more than 1 MiB of text");
+}
+
+TEST_F(TextFile, WhatIsNoFileIsRefused) {
+  expectRefused(path("none"), "cannot be read");
+  expectRefused(directory_.path(), "is a directory");
+  std::filesystem::create_symlink("/dev/zero", path("zero"));
+  expectRefused(path("zero"), "is a device or a socket, not a file");
+  expectRefused("/dev/null", "is a device or a socket, not a file");
+}
+
+TEST_F(TextFile, PipeIsReadToItsEnd) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const std::string text(150000, 'y');  // more than a pipe holds
+  std::thread writer([&] {
+    ASSERT_EQ(write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    close(ends[1]);
+  });
+  EXPECT_EQ(readText("/dev/fd/" + std::to_string(ends[0])), text);
+  writer.join();
+  close(ends[0]);
+}
 
 /// Floating-point numbers of YAML 1.1 as rosparam's reader knows them; those of YAML 1.2 include them.
 bool isNumber(const std::string& text) { return std::regex_match(text, std::regex("-?[0-9]+\\.[0-9]+(e[-+][0-9]+)?")); }
