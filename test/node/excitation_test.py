@@ -4,7 +4,6 @@
 import pathlib
 import subprocess
 import tempfile
-import unittest
 
 import rospy
 import rostest
@@ -12,17 +11,15 @@ from geometry_msgs.msg import Twist
 from jackal_msgs.msg import Drive
 from std_msgs.msg import Bool
 
-from simulated_robot import Process, RADIUS, Robot, advertise, configure
+from simulated_robot import Process, RADIUS, RobotTest, advertise, configure
 
 CONTROLLER = '/excitation_controller'
 TRACK = 0.563385  # m, of the stock controller
 
 
-class Excitation(unittest.TestCase):
+class Excitation(RobotTest):
 
-    def setUp(self):
-        self.robot = Robot(self)
-        self.addCleanup(self.robot.close)
+    def wait_until_ready(self):
         self.robot.wait(lambda: self.robot.now() > 0.0, 'the clock')
 
     def start(self, name, *arguments, output='cmd_drive'):

@@ -96,9 +96,8 @@ TEST(PlanarMotion, AttitudeTakesGravityOutHoweverTheSensorIsMounted) {
   EXPECT_NEAR((*planarMotion(driving, Eigen::Quaterniond::Identity()))(1), 0.3, 1e-12);
   sensor_msgs::Imu no_estimate = atRest(uphill()), unset = no_estimate, not_finite = no_estimate, fixed = no_estimate;
   no_estimate.orientation_covariance[0] = -1.0;
-  unset.orientation = geometry_msgs::Quaternion();
   not_finite.orientation.x = kNaN;
-  fixed.orientation = geometry_msgs::Quaternion();
+  unset.orientation = fixed.orientation = geometry_msgs::Quaternion();
   fixed.orientation.w = 1.0;
   for (const auto& message : {no_estimate, unset, not_finite, fixed}) {  // 9.81 sin(5 deg)
     EXPECT_NEAR((*planarMotion(message, Eigen::Quaterniond::Identity()))(1), 0.855, 1e-3) << "gravity stays";

@@ -139,7 +139,9 @@ std::set<std::string> expectServed() {
   for (const auto& [side, generated, beyond] : {std::tuple(&Bounds::low, Config::__getMin__(), -HUGE_VAL),
                                                 std::tuple(&Bounds::high, Config::__getMax__(), HUGE_VAL)}) {
     for (const auto& [name, bound] : settingsOf(generated)) {
-      if (std::holds_alternative<double>(bound)) EXPECT_EQ(std::get<double>(bound), beyond) << name;
+      if (std::holds_alternative<double>(bound)) {
+        EXPECT_EQ(std::get<double>(bound), beyond) << name;
+      }
     }
     for (const auto& [name, bound] : settingsOf(rangeOf(Parameters{}, side, generated))) {
       if (!std::holds_alternative<double>(bound)) continue;

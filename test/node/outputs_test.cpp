@@ -198,9 +198,10 @@ TEST(InputMessage, KeepsGainsInTheirOrder) {
   ControllerParameters thesis;
   thesis.tau = kThird;
   LoopInputs message;
-  addInput({kNow, GainsInput{gains}}, message);
-  addInput({kNow, BeliefInput{}}, message);
-  addInput({kNow, GainsInput{thesis}}, message);
+  for (const DriveInput& input :
+       {DriveInput{kNow, GainsInput{gains}}, {kNow, BeliefInput{}}, {kNow, GainsInput{thesis}}}) {
+    addInput(input, message);
+  }
   const auto inputs = inputsOf(message);
   const auto& first = std::get<PredictiveParameters>(std::get<GainsInput>(inputs.at(0).what).gains);
   EXPECT_EQ(first.reference_time, kThird);

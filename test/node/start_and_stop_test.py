@@ -5,7 +5,6 @@ import pathlib
 import signal
 import tempfile
 import time
-import unittest
 
 import rospy
 import rostest
@@ -16,16 +15,14 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
-from simulated_robot import Process, Relay, Robot, advertise, call, configure
+from simulated_robot import Process, Relay, RobotTest, advertise, call, configure
 
 CONFIGURED, TRUE, TOLERANCE = 0.7, 0.547, 0.02  # m, effective track of the controller and of the robot turning in place
 
 
-class StartAndStop(unittest.TestCase):
+class StartAndStop(RobotTest):
 
-    def setUp(self):
-        self.robot = Robot(self)
-        self.addCleanup(self.robot.close)
+    def wait_until_ready(self):
         directory = tempfile.TemporaryDirectory()
         self.addCleanup(directory.cleanup)
         self.file = pathlib.Path(directory.name, 'slip.yaml')

@@ -184,32 +184,20 @@ TEST(MeasurementWatch, SourceThatComesBackCountsAtOnce) {
   }
 }
 
-/// The watch of a robot that drives with 5 rad/s of its wheels.
-struct DrivingWatch {
-  MeasurementWatch watch{monitored(kDrive, kStop, kStop)};
-  int sample = 0;
-
-  StopCause step(double left, double right, double noise = 0.01) {
-    ++sample;
-    const double noisy = noise * ((sample * 7) % 11 - 5);
-    Observation y = sampleAt(1.0 + 0.02 * sample, 0.0, 0.001 * ((sample * 5) % 7));
-    y.wheel_left = left + noisy;
-    y.wheel_right = right - noisy;
-    y.acceleration_x = 0.01 * ((sample * 3) % 5);
-    judge(watch, y);
-    watch.advance(WheelCommand{5.0, 5.0}, 0.02);
-    return watch.causes(kSound, y.stamp, false).worst();
-  }
-};
-
 TEST(MeasurementWatch, BothEncodersThatRepeatAreToleratedForThreeTenths) {
-  DrivingWatch robot;
-  for (int i = 0; i < 100; ++i) robot.step(5.0, 5.0);
+  MeasurementWatch watch(monitored(kDrive, kStop, kStop));
   int repeating = 0, tolerated = 0;
   StopCause cause = StopCause::none;
-  for (int i = 0; i < 100 && cause == StopCause::none; ++i) {
-    cause = robot.step(5.0, 5.0, 0.0);
-    const FaultReport& report = *robot.watch.report();
+  for (int i = 1; i <= 200 && cause == StopCause::none; ++i) {
+    const double noise = i <= 100 ? 0.01 * ((i * 7) % 11 - 5) : 0.0;
+    Observation y = sampleAt(1.0 + 0.02 * i, 0.0, 0.001 * ((i * 5) % 7));
+    y.wheel_left = 5.0 + noise;
+    y.wheel_right = 5.0 - noise;
+    y.acceleration_x = 0.01 * ((i * 3) % 5);
+    judge(watch, y);
+    watch.advance(WheelCommand{5.0, 5.0}, 0.02);
+    cause = watch.causes(kSound, y.stamp, false).worst();
+    const FaultReport& report = *watch.report();
     repeating += report.wheel_left.cause == FaultCause::frozen && report.wheel_right.cause == FaultCause::frozen;
     tolerated += repeating > 0 && cause == StopCause::none;
   }

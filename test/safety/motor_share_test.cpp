@@ -17,7 +17,9 @@ TEST(MotorShare, OffersAroundAnothersCommandDoNotMakeItOurs) {
     const double time = kPeriod * i, wish = i % 2 == 0 ? 8.0 : -8.0;
     share.apply(time, {2.0, 2.0}, AppliedSource::drive);
     share.send(time, share.ours(time) ? WheelCommand{5.0, 5.0} : share.offer({wish, wish}));
-    if (i > 50) ASSERT_FALSE(share.ours(time)) << i;
+    if (i > 50) {
+      ASSERT_FALSE(share.ours(time)) << i;
+    }
   }
 }
 
