@@ -29,7 +29,7 @@ class TextFile : public testing::Test {
   std::string path(const std::string& name) const { return directory_.path(name); }
 
   static void expectRefused(const std::string& path, const std::string& reason) {
-    EXPECT_EQ(complaint([&] { readText(path); }), path + ": " + reason);
+    EXPECT_EQ(complaint([&] { readText(path, 1 << 20); }), path + ": " + reason);
   }
 
   TemporaryDirectory directory_;

@@ -43,7 +43,6 @@ std::string remark(const std::string& header, const std::string& structure, cons
   return unit == std::string::npos ? line : line.substr(0, unit) + line.substr(unit + field.unit.size() + 3);
 }
 
-/// A parameter with its whole key and what it is.
 struct Row {
   std::string key;
   Field field;
@@ -146,7 +145,6 @@ std::vector<Row> takeBasic(std::vector<Section>& sections) {
 std::string parameterPage() {
   std::vector<Section> sections = controllerSections();
   const std::vector<Row> basic = takeBasic(sections);
-  EXPECT_LE(basic.size(), 12u) << "is every one of them for everybody?";
   std::string text =
       std::string("# Parameters\n\n") + kMade +
       "Private parameters of `controller_node`. Tools and experiments read the same keys from YAML files,\n"
@@ -189,7 +187,6 @@ void expectCurrent(const std::string& page, const std::string& made) {
   EXPECT_EQ(textOf(kRoot / page), made) << page << " is out of date: run scripts/regenerate";
 }
 
-/// The messages themselves are those of documentation_test.py.
 TEST(Reference, EveryRemedyIsThatOfTheCode) {
   const std::string page = textOf("doc/reference/messages.md");
   const auto expectIn = [&page](const std::string& part) { EXPECT_NE(page.find(part), std::string::npos) << part; };

@@ -24,7 +24,7 @@ class DriveKeyboard(unittest.TestCase):
         self.process = subprocess.Popen(bound_to_parent(['rosrun', 'jackal_aic', 'drive_keyboard']), stdin=self.terminal,
                                         stdout=self.terminal, stderr=self.terminal, start_new_session=True)
         os.set_blocking(self.master, False)
-        self.wait(lambda: not self.cooked() and self.heard.publishers > 0)
+        self.wait(lambda: not self.cooked() and self.heard.subscriber.get_num_connections() > 0)
 
     def tearDown(self):
         self.process.kill()

@@ -1,6 +1,7 @@
 // What the node says of its drive loop: states, inputs for the replay, log lines and diagnostics; no master.
 
 #include <gtest/gtest.h>
+#include <jackal_msgs/Drive.h>
 #include <jackal_msgs/DriveFeedback.h>
 #include <jackal_msgs/Feedback.h>
 #include <jackal_msgs/Status.h>

@@ -37,10 +37,6 @@ class Log(list):
         # Without a size rospy keeps that of its own subscriber to /clock: one message, so that a late process misses some.
         self.subscriber = rospy.Subscriber(topic, kind, self.append, queue_size=1000, tcp_nodelay=True)
 
-    @property
-    def publishers(self):
-        return self.subscriber.get_num_connections()
-
 
 def advertise(topic, kind, **options):
     return rospy.Publisher(topic, kind, **dict({'queue_size': 50, 'tcp_nodelay': True}, **options))
