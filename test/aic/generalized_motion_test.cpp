@@ -89,12 +89,6 @@ TEST(Generalization, SamplesCloseTogetherHoldTheDerivatives) {
   EXPECT_EQ(generalization.measurement(), of_the_others.measurement()) << "without the close sample";
 }
 
-TEST(Generalization, FastSensorIsDifferencedOverTheShortestGap) {
-  Generalization generalization(1, kShortestGap, 0.2);
-  for (int k = 0; k < 100; ++k) generalization.update(sample(0.001 * k, 0.003 * k));
-  EXPECT_NEAR(generalization.measurement()(kYawRate, 1), 3.0, 1e-9);
-}
-
 TEST(Generalization, RefusesNumbersThatAreNotFinite) {
   Generalization generalization(2, kShortestGap, 0.2);
   generalization.update(sample(1.00, 2.0));

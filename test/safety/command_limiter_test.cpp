@@ -187,13 +187,6 @@ TEST(CommandLimiterJerk, HoldsInTurnsAndAfterAnUnfinishedBrake) {
   EXPECT_NEAR(drive.forward(), 1.5, 1e-9);
 }
 
-TEST(CommandLimiterJerk, ReachesTheDecelerationOnTheWayToZero) {
-  Drive drive(limitsOf(1.0, 20.0, 4.0));
-  for (const double forward : {2.0, 0.0}) drive.settle(forward, 0.0);
-  EXPECT_NEAR(drive.steepest(kForward, 1), 4.0, 1e-6);
-  for (const auto& body : drive.path) ASSERT_GE(body(kForward), -1e-9);
-}
-
 TEST(CommandLimiterJerk, WheelAtItsLimitIsUsedUp) {
   // The turn comes at once, the forward speed still rises: together they would ask too much of the right wheel.
   LimitParameters limits = limitsOf(2.0, 5.0);

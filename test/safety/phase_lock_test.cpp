@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "jackal_aic/safety/step_schedule.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -113,6 +115,17 @@ TEST(PhaseLock, LateTimerGoesOnFromNowAndResetForgets) {
   lock.arrived(5 * kMs);
   lock.reset();
   EXPECT_EQ(lock.next(7 * kMs, 7 * kMs), 27 * kMs);
+}
+
+TEST(StepSchedule, RunsATimerBroughtForwardAndNothingBeforeTheStartOrTwice) {
+  StepSchedule schedule(kMs, 20, 5);
+  EXPECT_EQ(schedule.beliefStepsDue(kSecond) + schedule.actionPeriodsDue(kSecond), 0);
+  schedule.start(kSecond);
+  EXPECT_EQ(schedule.actionPeriodsDue(kSecond), 0);
+  EXPECT_EQ(schedule.actionPeriodsDue(kSecond + 18 * kMs), 0) << "a tenth of a period early is no jitter";
+  EXPECT_EQ(schedule.actionPeriodsDue(kSecond + 19 * kMs), 1);
+  schedule.actionStepDone(kSecond + 19 * kMs);
+  EXPECT_EQ(schedule.actionPeriodsDue(kSecond + 19 * kMs), 0);
 }
 
 }  // namespace
