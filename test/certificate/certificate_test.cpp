@@ -12,6 +12,7 @@
 #include "jackal_aic/aic/spectral_radius.hpp"
 #include "jackal_aic/certificate/jitter_search.hpp"
 #include "jackal_aic/certificate/linear_loop.hpp"
+#include "jackal_aic/certificate/loop_clock.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -215,6 +216,15 @@ TEST(LinearLoop, PeriodIsCommonToSensorAndAction) {
 using Eigen::MatrixXd;
 
 LinearLoop groundLoop() { return {PredictiveParameters{}, ground(), ground()}; }
+
+TEST(LoopClock, SensorComesFirstAndActionLastAtEqualTimes) {
+  constexpr std::int64_t kMs = 1000000;
+  const LoopClock clock{20 * kMs, 2, 1, 4, 8};  // belief at 100 Hz, inner steps of 5 ms, sensor at 25 Hz
+  const auto events = clock.events(0, 0);
+  ASSERT_EQ(events.size(), 15u);
+  const LoopEvent last[] = {LoopEvent::sensor, LoopEvent::predict, LoopEvent::belief, LoopEvent::action};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(events[11 + i], std::pair(40 * kMs, last[i]));
+}
 
 TEST(JitteredMap, IsThePeriodMapWithoutJitter) {
   const LinearLoop loop = groundLoop();

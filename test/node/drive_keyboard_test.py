@@ -45,7 +45,6 @@ class DriveKeyboard(unittest.TestCase):
         self.assertTrue(condition())
 
     def type(self, keys, forward, yaw_rate):
-        """Expects the set point that the keys lead to."""
         os.write(self.master, keys)
         self.wait(lambda: self.heard and abs(self.heard[-1].linear.x - forward) < 1e-9 and
                   abs(self.heard[-1].angular.z - yaw_rate) < 1e-9)

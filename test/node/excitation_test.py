@@ -23,7 +23,6 @@ class Excitation(RobotTest):
         self.robot.wait(lambda: self.robot.now() > 0.0, 'the clock')
 
     def start(self, name, *arguments, output='cmd_drive'):
-        """The controller as identify.launch configures it, and the excitation."""
         if rospy.has_param(CONTROLLER):
             rospy.delete_param(CONTROLLER)
         configure(CONTROLLER[1:], 'advanced', 'diff_drive')

@@ -125,7 +125,6 @@ class PlantNode(Plant):
         self.assertAlmostEqual(self.joints[-1].velocity[1], 3.0, delta=1e-3)
 
     def test_pulls_the_imu(self):
-        """Blocked wheels, pushes and lifts are those of the fault campaign."""
         call('/plant/pull_imu', SetBool, True)
         self.run_for(0.1)
         self.imu.clear()

@@ -33,7 +33,6 @@ class StepRecorder(unittest.TestCase):
         robot.close()
 
     def record(self, directory):
-        """Two seconds forward and two of turning; the exit status."""
         for key, value in (('recorder/output_directory', str(directory)), ('manoeuvre/durations', [1.0, 2.0, 1.0, 2.0]),
                            ('manoeuvre/forward', [0.0, 0.5, 0.0, 0.0]), ('manoeuvre/yaw_rate', [0.0, 0.0, 0.0, 0.5])):
             rospy.set_param('/recorder_under_test/' + key, value)
@@ -74,8 +73,6 @@ class StepRecorder(unittest.TestCase):
 
 
 class Record(unittest.TestCase):
-    """A drive that is recorded by the launch file comes out of the replay to the bit, with all its events."""
-
     def output(self, *command, status=0):
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.assertEqual(done.returncode, status, done.stdout)

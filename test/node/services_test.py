@@ -124,7 +124,6 @@ class SetPoints(Base):
 class Gains(Base):
 
     def request(self, **wanted):
-        """Asks for gains; those that the controller answers with."""
         answer = call('/controller/controller/set_parameters', Reconfigure, Config(doubles=[DoubleParameter(*item) for item in wanted.items()]))
         return {number.name: number.value for number in answer.config.doubles}
 

@@ -91,7 +91,6 @@ class Process:
         self.process.send_signal(number)
 
     def confirm(self):
-        """Presses Enter."""
         print(file=self.process.stdin, flush=True)
 
     def ended(self):
@@ -103,7 +102,6 @@ class Process:
 
 @contextlib.contextmanager
 def command(text):
-    """A shell command that runs meanwhile."""
     process = subprocess.Popen(bound_to_parent(['bash', '-c', 'exec ' + text]), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                start_new_session=True)
     yield process

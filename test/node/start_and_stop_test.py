@@ -194,7 +194,6 @@ class StartAndStop(RobotTest):
                 relay.subscriber.unregister()
 
     def test_the_slip_is_frozen_saved_and_outlives_a_restart_and_a_kill(self):
-        """What the predictive controller learns about the slip."""
         process = self.ready('learning', 'predictive', 'plant_model', plant_model__effective_track=CONFIGURED, slip__file=str(self.file))
         self.robot.rest()
         self.assertTrue(call('/learning/freeze_learning', SetBool, True).success)

@@ -94,7 +94,6 @@ class Programs(unittest.TestCase):
         self.assertGreater(len(heads), 20)
 
     def test_have_each_a_line_in_the_reference(self):
-        """Only those for users are completed."""
         internal = listed('Started by launch files') | listed('Examples and measurements')
         self.assertEqual(names_in(DEVEL / 'share/jackal_aic/internal'), internal)
         self.assertEqual({'scripts/' + name for name in names_in(SOURCE / 'scripts')}, listed('Scripts of the checkout'))
@@ -240,7 +239,6 @@ class Scripts(unittest.TestCase):
             self.assertEqual(' -y' not in said, asks, said)
 
     def test_a_pattern_builds_what_its_tests_need_or_is_refused(self):
-        """`scripts/test --only` asks this before it builds."""
         for pattern, said in (('drive_gate', 'drive_gate_test\n'), ('test_node_lockstep', 'all\n'), ('python_package', 'all\n'),
                               ('nosuch', '--only nosuch: no test has such a name'), ('(', '--only (: no regular expression')):
             command = 'set -eu; . {0}/progress.sh; . {0}/tests.sh; test_targets {1} "{2}" 2>&1'.format(SOURCE / 'scripts/lib', BUILD, pattern)
