@@ -108,10 +108,10 @@ class Standstill(unittest.TestCase):
         for step, noise, rest in ((0.0, 0.03, 3.0), (0.0, 0.0, 3.0), (0.06, 0.03, 3.0), (0.06, 0.003, 7.0)):
             # Between two steps of an encoder without noise a wheel creeps unseen; the rest of that fades.
             for forward, yaw_rate in (HALF, (0.0, 1.0), (1.5, 0.5)):
-                cases.append(('predictive', 'ground', motions.stop(forward, yaw_rate, 3.0, rest + 30.0),
+                cases.append(('predictive', 'ground', motions.stop(forward, yaw_rate, 3.0, rest + 15.0),
                               {'plant.encoder_step': step, 'plant.encoder_noise': noise}))
         for case, found in drives(cases):
-            self.assert_stands(found, case[2].duration - 29.0, math.inf, case)
+            self.assert_stands(found, case[2].duration - 14.0, math.inf, case)
 
     def test_the_command_of_a_preset_stays_zero_and_starts_at_once(self):
         motion = points((0.5, 0.5, 0.5), (3.0, 0.0, 0.0), (20.0, 0.5, 0.0), until=22.0)
@@ -135,11 +135,6 @@ class Standstill(unittest.TestCase):
 class Slip(unittest.TestCase):
     """The slip of a skid-steer robot comes out of its contacts; its true effective track in place is 0.547 m."""
 
-    def test_a_wrong_track_changes_nothing_straight_ahead(self):
-        """The test of the lab has the turns, in which it is learned."""
-        wrong, right = (drive('predictive', 'ground', motions.step(0.5), overrides) for overrides in ({'robot.effective_track': 0.4376}, {}))
-        self.assertAlmostEqual(wrong.speed[-500:].mean(), right.speed[-500:].mean(), delta=1e-6, msg='straight ahead')
-
     def test_a_change_of_friction_is_learned_within_three_seconds(self):
         for friction in (0.25, 1.0):
             for forward, yaw_rate in ((0.0, 0.5), (0.5, 0.5)):
@@ -149,11 +144,11 @@ class Slip(unittest.TestCase):
     def test_ten_minutes_straight_teach_no_turn(self):
         cases = []
         for end in (4.51, 604.5):
-            for step, noise, speed in ((0.06, 0.03, 0.5), (0.3, 0.03, 0.1), (0.3, 0.03, 1.5), (0.153, 0.15, 0.5)):
+            for step, noise, speed in ((0.3, 0.03, 0.1), (0.153, 0.15, 0.5)):
                 motion = points((0.5, 0.3, 0.5), (3.5, 0.0, 0.0), (4.5, speed, 0.0), until=end)
                 cases.append(('predictive', 'ground', motion, {'plant.encoder_step': step, 'plant.encoder_noise': noise}))
         tracks = [found.effective_track for _, found in drives(cases, samples_only=True)]
-        for before, after in zip(tracks[:4], tracks[4:]):
+        for before, after in zip(tracks[:2], tracks[2:]):
             self.assertAlmostEqual(after, before, delta=0.01 * before)
 
     def test_a_turn_in_place_after_joystick_driving_settles_at_once(self):
@@ -231,11 +226,10 @@ class Offset(unittest.TestCase):
     def test_known_to_the_model_it_is_no_fault(self):
         wanted = ((0.1, 0.0), (1.0, 0.0), (-0.5, 0.0), (0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.05, -0.3), (0.0, 0.0), (0.03, 0.0), (0.0, 0.0))
         motion = points(*((0.5 + 3.0 * i, *set_point) for i, set_point in enumerate(wanted)), until=0.5 + 3.0 * len(wanted))
-        for known in (0.35, 0.5, 0.65):
-            for seed in (1, 2, 3):
-                found = drive('predictive', 'ground', motion, {**LIMITS, **self.KNOWN, 'plant_model.offset': known, 'plant.seed': seed},
-                              monitor={'offset': known}, samples_only=True)
-                self.assertEqual([text for _, text, _ in found.findings if text], [], (known, seed))
+        for seed, known in enumerate((0.35, 0.5, 0.65, 0.5)):
+            found = drive('predictive', 'ground', motion, {**LIMITS, **self.KNOWN, 'plant_model.offset': known, 'plant.seed': 1 + seed},
+                          monitor={'offset': known}, samples_only=True)
+            self.assertEqual([text for _, text, _ in found.findings if text], [], (known, seed))
 
     def identified(self, overrides):
         """What `identify` finds in steps of half and full speed, straight and turning."""
@@ -332,7 +326,7 @@ class UnknownDriveTrain(unittest.TestCase):
                 ('box', HALF, {'plant.acceleration_limit': 12.5}, 0.0, 0.01), ('ground', HALF, {'plant.wheel_gain': 0.8}, 0.0, 0.01),
                 ('ground', HALF, soft, 0.0, 0.02)):
             truth = self.settings(plant, robot)['plant']['dead_time'] + delay
-            for seed in (1, 2):
+            for seed in (1, 2) if (plant, step, robot) == ('ground', HALF, {}) else (1,):
                 wrongs = [self.wrong(plant, off, robot) for off in (-self.OFF, self.OFF)]
                 for model in self.learned(plant, self.joystick(seed, step), robot, {}, wrongs):
                     self.assertAlmostEqual(model['dead_time'], truth, delta=tolerance, msg=(plant, step, robot, seed))
@@ -362,7 +356,7 @@ class UnknownDriveTrain(unittest.TestCase):
             self.assertAlmostEqual(found.plant_model['dead_time'] + found.plant_model['lag'], 0.1389, delta=0.015, msg=case[3])
 
     def test_it_stays_without_excitation_or_when_disabled(self):
-        cases = [('predictive', plant, points((0.5, *wanted), until=600.0), {}) for plant, wanted in (('box', (0.3, 0.5)), ('real', HALF))]
+        cases = [('predictive', plant, points((0.5, *wanted), until=200.0), {}) for plant, wanted in (('box', (0.3, 0.5)), ('real', HALF))]
         for case, found in drives(cases, samples_only=True):
             self.assertEqual(found.plant_model['dead_time'], self.settings(case[1])['plant_model']['dead_time'], case[1])
         disabled = drive('predictive', 'ground', self.joystick(1), dict(self.wrong('ground', self.OFF, {}), **self.OPEN))
