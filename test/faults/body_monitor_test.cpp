@@ -217,15 +217,5 @@ TEST(BodyMonitor, ARampAndAJoltAreNoFaultOfTheAccelerometer) {
   }
 }
 
-TEST(BodyMonitor, ProbabilitiesSumToOne) {
-  Body body;
-  for (int k = 0; k < 300; ++k) {
-    body.sample(kTurn, 0.3, k < 150 ? kAsked : 0.2, k % 50 == 0 ? 20.0 : 0.0);
-    double sum = 0.0;
-    for (int h = 0; h < kHypotheses; ++h) sum += body.monitor.probability(static_cast<Hypothesis>(h));
-    ASSERT_NEAR(sum, 1.0, 1e-9) << k;
-  }
-}
-
 }  // namespace
 }  // namespace jackal_aic::faults
