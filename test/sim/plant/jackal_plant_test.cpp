@@ -8,7 +8,6 @@
 #include <limits>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "jackal_aic/config/yaml_parameters.hpp"
@@ -364,35 +363,7 @@ TEST(Plant, IgnoresCommandsThatAreNotFiniteAndBoundsOthers) {
   EXPECT_LT(yawRate(huge), 0.0);
 }
 
-TEST(Plant, RunsRepeatBySeedAndInThreads) {
-  const std::vector<double> first = recorded(plantOf({}));
-  EXPECT_EQ(recorded(plantOf({})), first);
-  EXPECT_NE(recorded(plantOf(with(P{}, [](P& p) { p.seed = 2; }))), first);
-  std::vector<std::vector<double>> runs(5);
-  std::vector<std::thread> threads;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    threads.emplace_back([&run = runs[i], other = i == 4] {
-      run = recorded(plantOf(other ? with(P{}, [](P& p) { p.friction = 0.2, p.seed = 9; }) : P{}));
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  for (std::size_t i = 0; i < runs.size(); ++i) EXPECT_EQ(runs[i] == first, i < 4) << i;
-}
-
 // ---- handling from outside
-
-TEST(Plant, BlockedMotorStopsItsWheelsUntilItIsReleased) {
-  JackalPlant plant = driven(quiet(), 0.5, 0.5, 2.0);
-  for (const bool blocked : {true, false}) {
-    plant.blockWheels(Side::left, blocked);
-    run(plant, 2.0);
-    for (Wheel wheel : {kFrontLeft, kRearLeft}) {
-      EXPECT_NEAR(wheelSpeed(plant, wheel), blocked ? 0.0 : 0.5 / kWheelRadius, blocked ? 1e-3 : 0.05);
-    }
-    EXPECT_NEAR(wheelSpeed(plant, kFrontRight), 0.5 / kWheelRadius, 0.05);
-    EXPECT_EQ(yawRate(plant) > 0.02, blocked);
-  }
-}
 
 TEST(Plant, PushMovesTheRobotAndTurnsTheWheelsOfSoftMotors) {
   for (double torque_limit : {20.0, 0.3}) {
@@ -488,31 +459,21 @@ TEST(RealPlant, KerbStopsTheRobotAndAThresholdIsDrivenOver) {
   }
 }
 
-/// A sill of a sixth of a millimetre, which a wheel that turns aside on it touches together with the ground; and a
-/// drive in which ODE leaves out forces of one or two steps, between the bounds of two contacts.
+/// A sill of a sixth of a millimetre, which a wheel that turns aside on it touches together with the ground.
 TEST(RealPlant, ForcesOfAWheelThatSlidesOnTwoSurfacesAreFound) {
-  // Turns in rad/s of a track of 8 radii, each for some seconds.
-  const auto turnAside = [](const P& parameters, double speed, std::initializer_list<double> turns, double duration) {
-    JackalPlant plant = plantOf(parameters);
-    for (const double turn : turns) {
-      plant.command({speed / kWheelRadius - 4.0 * turn, speed / kWheelRadius + 4.0 * turn});
-      run(plant, duration);
-    }
-  };
   testing::internal::CaptureStderr();
   P sill = quiet();
   sill.friction = 0.86, sill.kerb_height = 1.6e-4, sill.wheel_radius_right = 0.096, sill.roughness = 0.003;
   for (const double distance : {0.1, 0.25, 0.4}) {
     sill.kerb_distance = distance;
-    for (const double speed : {0.0, 0.3, 1.0}) turnAside(sill, speed, {1.2, -1.2, 0.8}, 4.0);
+    for (const double speed : {0.0, 0.3, 1.0}) {
+      JackalPlant plant = plantOf(sill);
+      for (const double turn : {1.2, -1.2, 0.8}) {  // rad/s of a track of 8 radii
+        plant.command({speed / kWheelRadius - 4.0 * turn, speed / kWheelRadius + 4.0 * turn});
+        run(plant, 4.0);
+      }
+    }
   }
-  P drawn = quiet();
-  drawn.seed = 58, drawn.friction = 0.69389751393672583, drawn.kerb_distance = 0.29715937855050956;
-  drawn.kerb_height = 0.00016274761775732113, drawn.wheel_radius_right = 0.095084808508194549;
-  drawn.roughness = 0.00027187456887032028, drawn.patch_friction = 0.48794160698612804;
-  drawn.patch_size = 2.0456688650772179, drawn.payload = 4.0713064143430291;
-  constexpr double kMore = 0.44641035455376887;
-  turnAside(drawn, 0.63921273278943691, {1.2 + kMore, -1.2 - kMore, 0.8 + kMore}, 3.0);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
@@ -555,30 +516,6 @@ TEST(RealPlant, ImuComesAtItsOwnRate) {
   EXPECT_NEAR(came, 0.9 * 1600, 40);
   EXPECT_GT(latest, 0.004);
   EXPECT_LT(latest, 0.007);
-}
-
-TEST(RealPlant, NetworkDelaysSensorsAndCommands) {
-  JackalPlant plant = plantOf(with(onBox(direct()), [](P& p) { p.network_delay = 0.02; }));
-  double oldest = 0.0, slowest = 0.0, wanted = 0.0;
-  int arrived = 0, underway = 0;
-  for (int n = 0; n < 4000; ++n) {
-    if (n % 100 == 0) {
-      wanted = n % 200 == 0 ? 5.0 : -5.0;
-      plant.command({wanted, wanted});
-      underway = 0;
-    }
-    plant.step();
-    ++underway;
-    if (plant.truth().acting_command.left != wanted) slowest = std::max(slowest, 0.001 * underway);
-    if (!plant.measurement()) continue;
-    ++arrived;
-    oldest = std::max(oldest, plant.time() - plant.measurement()->stamp);
-  }
-  EXPECT_GE(arrived, 198);
-  EXPECT_GT(oldest, 0.015);
-  EXPECT_LE(oldest, 0.021);
-  EXPECT_GT(slowest, 0.012);
-  EXPECT_LE(slowest, 0.021);
 }
 
 }  // namespace

@@ -16,21 +16,6 @@ std::string refusal(const std::string& urdf) {
   return complaint([&] { readRobotModel(urdf); });
 }
 
-TEST(RobotModel, ReadsThePublishedJackal) {
-  const RobotModel robot = readRobotModel(jackalUrdf());
-  EXPECT_DOUBLE_EQ(robot.chassis.mass, 16.523);
-  EXPECT_TRUE(robot.chassis.centre.isApprox(Eigen::Vector3d(0.012, 0.002, 0.067)));
-  Eigen::Matrix3d inertia;
-  inertia << 0.3136, -0.0008, 0.0164, -0.0008, 0.3922, -0.0009, 0.0164, -0.0009, 0.4485;
-  EXPECT_TRUE(robot.chassis.inertia.isApprox(inertia));
-  for (const WheelModel& wheel : robot.wheels) {
-    EXPECT_DOUBLE_EQ(wheel.body.mass, 0.477);
-    EXPECT_TRUE(wheel.body.inertia.diagonal().isApprox(Eigen::Vector3d(0.0013, 0.0024, 0.0013)));
-    EXPECT_DOUBLE_EQ(wheel.radius, kWheelRadius);
-  }
-  EXPECT_TRUE(robot.imu.isApprox(Eigen::Isometry3d::Identity()));
-}
-
 TEST(RobotModel, LumpsLinksOnFixedJoints) {
   // 2 kg, 0.3 m above the chassis' centre of mass, turned by 90 degrees about z.
   const std::string urdf = jackalUrdfWith("</robot>", R"(
