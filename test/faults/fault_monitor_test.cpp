@@ -165,18 +165,32 @@ TEST(FaultMonitor, AWheelThatALoadSlowsDownAtOnceIsBelievedAgain) {
 }
 
 TEST(FaultMonitor, WheelsThatAreToStandAndTurnAreMoved) {
-  for (double yaw_rate : {0.0, 1.5, -0.7}) {  // pushed straight, turned with the wheels on the ground, spun in the air
+  const struct {
+    const char* how;
+    double left, right, yaw_rate;
+  } pushes[] = {{"pushed straight", 2.0, 5.0, 0.0},
+                {"turned with the wheels on the ground", 2.0, 5.0, 1.5},
+                {"spun in the air", 2.0, 5.0, -0.7},
+                {"one wheel by hand", 3.0, 0.0, 0.0},
+                {"one wheel by hand", 0.0, 3.0, 0.0}};
+  for (const auto& row : pushes) {
+    SCOPED_TRACE(row.how);
     Robot robot;
     robot.drive(kStraight, 3 * kSecond);
     constexpr WheelCommand kNearlyRest{0.02, -0.01};  // a controller's command is hardly ever zero
     robot.drive(kNearlyRest, 3 * kSecond);
-    const auto push = [=](Observation& y) { y.wheel_left += 2.0, y.wheel_right += 5.0, y.yaw_rate += yaw_rate; };
-    const FaultReport& pushed = robot.drive(kNearlyRest, 5 * kSecond, push);
+    const auto push = [&](Observation& y) {
+      y.wheel_left += row.left, y.wheel_right += row.right, y.yaw_rate += row.yaw_rate;
+    };
+    const FaultReport& pushed = robot.drive(kNearlyRest, 10, push);
     EXPECT_STREQ(pushed.reason(), "moved from outside");
     EXPECT_FALSE(pushed.faulty());
     EXPECT_FALSE(pushed.valid().wheel_left || pushed.valid().wheel_right) << "the controller is not to fight it";
+    const WheelCommand fights{row.left > 2.0 ? -4.0 : 0.0, row.right == 3.0 ? -4.0 : 0.0};
+    EXPECT_STREQ(robot.drive(fights, 10, push).reason(), "moved from outside") << "after it began to";
+    EXPECT_STREQ(robot.drive(kNearlyRest, 4 * kSecond, push).reason(), "moved from outside");
     robot.drive(kStand, 75);
-    EXPECT_TRUE(robot.monitor.report().valid().wheel_left && robot.monitor.report().valid().wheel_right);
+    EXPECT_TRUE(robot.monitor.report().valid().all());
     EXPECT_STREQ(robot.drive(kStraight, 2 * kSecond).reason(), "") << "nothing is left of it";
     EXPECT_STREQ(robot.drive(kStraight, 15, [](Observation& y) { y.wheel_left = y.wheel_right = 0.0; }).reason(),
                  "wheels do not follow their command");
