@@ -228,21 +228,6 @@ TEST(FaultIsolation, OnABoxTheGyroMayFreezeAndTheInclinationChange) {
   }
 }
 
-TEST(FaultIsolation, ACollisionTakesTheSpeedOfTheBody) {
-  GeometryParameters geometry;
-  geometry.slip_factor = 0.8;
-  const auto afterTaking = [&](double part, int samples) {
-    Robot robot({}, model(), geometry);
-    robot.noise = 0.0;
-    robot.drive(kFast, 6 * kSecond);
-    const double speed = kRadius * geometry.slip_factor * kFast.left;
-    return robot.drive(kFast, samples, [&](Observation& y) { y.acceleration_x -= part * speed / kPeriod; })
-        .accelerometer.state;
-  };
-  EXPECT_EQ(afterTaking(1.2, 1), ChannelState::ok);
-  EXPECT_EQ(afterTaking(0.2, 25), ChannelState::faulty) << "five times the speed there is";
-}
-
 TEST(FaultIsolation, ABodyMayAccelerateAsFastAsItsDriveTrainsMay) {
   const PlantModel real = changed(model(), [](PlantModel& m) { m.acceleration_limit *= 2.7; });
   const auto largestDoubt = [&](const WheelCommand& from, const WheelCommand& to, double more) {

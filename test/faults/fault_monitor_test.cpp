@@ -278,25 +278,6 @@ TEST(FaultMonitor, VibrationOfARealRobotIsNoFaultAndBlindsNobody) {
   }
 }
 
-TEST(FaultMonitor, OneOutlierIsLeftOutAndForgotten) {
-  Robot robot;
-  robot.drive(kStraight, 3 * kSecond);
-  const FaultReport& during = robot.drive(kStraight, 1, [](Observation& y) { y.wheel_left += 10.0; });
-  EXPECT_EQ(during.wheel_left.state, ChannelState::outlier);
-  EXPECT_GT(during.wheel_left.distance, 1.0);
-  EXPECT_EQ(during.valid(), (ChannelValidity{true, false, true, true}));
-  EXPECT_FALSE(during.faulty());
-  EXPECT_TRUE(robot.drive(kStraight, 1).valid().all());
-}
-
-TEST(FaultMonitor, LearnsTheNoise) {
-  Robot robot;
-  const auto noisier = [noise = std::normal_distribution<double>(0.0, 0.15), random = std::mt19937(1)](
-                           Observation& y) mutable { y.wheel_left += noise(random), y.wheel_right += noise(random); };
-  EXPECT_FALSE(robot.drive(kStraight, 60 * kSecond, noisier).faulty());
-  EXPECT_TRUE(robot.drive(kStraight, 15, [](Observation& y) { y.wheel_left = 0.0; }).faulty());
-}
-
 TEST(FaultMonitor, SamplesThatAreNoneChangeNothing) {
   Robot robot;
   robot.drive(kStraight, 3 * kSecond);
@@ -307,21 +288,6 @@ TEST(FaultMonitor, SamplesThatAreNoneChangeNothing) {
   for (const Observation& none : {broken, stale}) {
     for (int k = 0; k < 20; ++k) EXPECT_FALSE(robot.monitor.check(none).faulty());
   }
-}
-
-TEST(FaultMonitor, CommandsThatNobodyKnowsBlameNoWheelUntilTheyAreKnown) {
-  Robot robot;
-  const auto drive = [&robot](double speed) {
-    for (int k = 0; k < 2 * kSecond; ++k) {
-      ASSERT_FALSE(robot.drive({speed, speed}, 1).faulty()) << robot.monitor.report().reason() << ", " << k;
-    }
-  };
-  robot.known = false;
-  for (const double speed : {5.0, -5.0, 8.0}) drive(speed);
-  robot.known = true;
-  drive(8.0);
-  EXPECT_STREQ(robot.drive({8.0, 8.0}, 30, Off{-3.0, 0.0}).reason(), "left encoder wrong");
-  EXPECT_EQ(robot.monitor.report().wheel_left.cause, FaultCause::prediction);
 }
 
 TEST(FaultMonitor, WhereNobodyTellsTheCommandsAWheelGoesOnAsItWasAndFreezes) {

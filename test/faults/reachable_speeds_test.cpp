@@ -124,18 +124,5 @@ TEST(ReachableSpeeds, OfAWheelThatMayHaveSettledHoldWhereItsCommandsLead) {
   }
 }
 
-TEST(ReachableSpeeds, StartWithTheCommandThatDrivesTheirSpeed) {
-  PlantModel weak = model();
-  weak.gain = 0.8;
-  ReachableSpeeds reachable(weak, kRadius, kRange);
-  for (int k = 0; k < 200; ++k) reachable.predict(10.0);
-  reachable.start(4.0);
-  for (int k = 0; k < 500; ++k) {
-    reachable.predict(5.0);
-    ASSERT_NEAR(reachable.low(), 4.0, 1e-9);
-    ASSERT_NEAR(reachable.high(), 4.0, 1e-9);
-  }
-}
-
 }  // namespace
 }  // namespace jackal_aic
