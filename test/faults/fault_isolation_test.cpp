@@ -263,18 +263,6 @@ TEST(FaultIsolation, AJoltThatTheAccelerometerSawIsNoFaultOfTheGyro) {
 
 // ---- pushes
 
-const auto kPush = [](Observation& y) { y.wheel_left += 3.0, y.wheel_right += 3.0; };
-
-TEST(FaultIsolation, AFaultThatFollowsAPushHasItsOwnTime) {
-  Robot robot = settled(kStand, exactParameters());
-  robot.drive(kStand, 20, kPush);
-  int samples = 0;
-  while (robot.drive(kStraight, 1).moved && samples < 20) ++samples;
-  ASSERT_EQ(samples, 7);
-  EXPECT_FALSE(robot.drive(kStraight, 7, Off{-3.0, 1.0}).faulty()) << "0.14 s";
-  EXPECT_TRUE(robot.drive(kStraight, 40, Off{-3.0, 1.0}).faulty());
-}
-
 TEST(FaultIsolation, AWheelThatTurnsWhileTheOtherIsToTurnIsNotPushed) {
   for (const bool left : {true, false}) {
     const WheelCommand command{left ? 0.0 : 5.0, left ? 5.0 : 0.0};

@@ -429,19 +429,6 @@ TEST(WheelMonitor, ALiveEncoderDoesNotMissMotion) {
   }
 }
 
-/// A motor with a deadband may hold it at a small command. Then the command rises.
-TEST(WheelMonitor, AWheelThatSticksMissesNoMotionBeforeItHasToTurn) {
-  Wheel wheel(assumedModel());
-  wheel.keep(2.0);
-  for (int k = 0; k < 40; ++k) wheel.pass(2.0, kPeriod).show(2.0 + (k % 2) * 0.1);  // shows the resolution
-  for (int k = 0; k < 100; ++k) wheel.pass(0.0, kPeriod).show(std::max(0.0, 2.0 - 0.1 * k));
-  for (int k = 0; k < 40; ++k) wheel.pass(0.64, kPeriod).show(0.0);
-  for (int k = 0; k < 8; ++k) {  // dead time, and the motor on its way
-    wheel.pass(4.0, kPeriod).show(0.0);
-    EXPECT_FALSE(wheel.monitor.frozen()) << k;
-  }
-}
-
 TEST(WheelMonitor, TheNoiseOfAFastWheelIsNoneThatASlowOneLacks) {
   // Gear and motor add 5 % of the speed; the encoder counts steps.
   WatchedWheel wheel;
