@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -457,24 +456,6 @@ TEST(RealPlant, KerbStopsTheRobotAndAThresholdIsDrivenOver) {
     EXPECT_GT(plant.truth().position.x(), 3.0) << ramp;
     EXPECT_NEAR(plant.truth().position.z(), on_ground + std::tan(ramp * kDegree) + 0.015, 1e-3) << ramp;
   }
-}
-
-/// A sill of a sixth of a millimetre, which a wheel that turns aside on it touches together with the ground.
-TEST(RealPlant, ForcesOfAWheelThatSlidesOnTwoSurfacesAreFound) {
-  testing::internal::CaptureStderr();
-  P sill = quiet();
-  sill.friction = 0.86, sill.kerb_height = 1.6e-4, sill.wheel_radius_right = 0.096, sill.roughness = 0.003;
-  for (const double distance : {0.1, 0.25, 0.4}) {
-    sill.kerb_distance = distance;
-    for (const double speed : {0.0, 0.3, 1.0}) {
-      JackalPlant plant = plantOf(sill);
-      for (const double turn : {1.2, -1.2, 0.8}) {  // rad/s of a track of 8 radii
-        plant.command({speed / kWheelRadius - 4.0 * turn, speed / kWheelRadius + 4.0 * turn});
-        run(plant, 4.0);
-      }
-    }
-  }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 TEST(RealPlant, ImuComesAtItsOwnRate) {
