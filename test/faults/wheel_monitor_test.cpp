@@ -354,6 +354,33 @@ TEST(WheelMonitor, AHeldValueIsOneMeasurementHoweverOftenItIsPublished) {
 
 // ---- wheels that come back
 
+TEST(WheelMonitor, AWheelThatComesNearerInTimeIsOnItsWay) {
+  constexpr double kSpeed = 12.0, kOff = 10.5;  // rad/s
+  const struct {
+    const char* why;
+    double rate;  // per value, towards the prediction [rad/s]
+    int hold;     // samples for which the encoder holds a value
+    bool recovers;
+  } rows[] = {{"half of the limit, 8.4 rad/s^2", 0.18, 1, true},
+              {"slower", 0.15, 1, false},
+              {"2.4 rad/s^2 of values that are held for 0.1 s", 0.24, 5, true},
+              {"1.6 rad/s^2", 0.16, 5, false}};
+  for (const auto& row : rows) {
+    for (const double sign : {1.0, -1.0}) {
+      Wheel wheel(model(), exactParameters());
+      wheel.follow(kSpeed, 300);
+      for (int k = 0; k < (row.hold > 1 ? 8 * row.hold : 0); ++k) wheel.look(kSpeed, kSpeed + 0.5 * (k / row.hold));
+      if (row.hold > 1) wheel.look(kSpeed, kSpeed);
+      for (int k = 0; k < 10; ++k) wheel.look(kSpeed, kSpeed + sign * kOff);
+      EXPECT_FALSE(wheel.monitor.recovering()) << row.why;
+      for (int k = 0; k < 3 * row.hold; ++k) {
+        wheel.look(kSpeed, kSpeed + sign * (kOff - row.rate * (1 + k / row.hold)));
+        EXPECT_TRUE(k < row.hold || wheel.monitor.recovering() == row.recovers) << row.why << ", " << k;
+      }
+    }
+  }
+}
+
 TEST(WheelMonitor, AWheelAheadOfItsPredictionOnTheWayToItsCommandFollowsIt) {
   for (const double sign : {1.0, -1.0}) {
     Wheel wheel(model(), exactParameters());
@@ -445,6 +472,10 @@ TEST(WheelMonitor, AFrozenEncoderIsFaultyAtOnce) {
   Wheel wheel(model(), exactParameters());
   wheel.monitor.start(5.0);
   for (int k = 0; k < 100; ++k) wheel.pass(5.0, kPeriod).show(5.0 + (k % 2 == 0 ? 0.03 : -0.03) + 0.001 * (k % 5));
+  Wheel other = wheel;
+  other.show(5.0, 4);
+  other.monitor.freezeWithTheOther();
+  EXPECT_FALSE(other.monitor.frozen()) << "too few samples that repeat";
   int samples = 0;
   for (; samples < 30 && wheel.monitor.state() != ChannelState::faulty; ++samples) wheel.pass(5.0, kPeriod).show(5.0);
   EXPECT_TRUE(wheel.monitor.frozen());
