@@ -188,25 +188,19 @@ def noisy(deviation):
     return lambda values: values + deviation * numpy.random.RandomState(1).randn(*values.shape)
 
 
-def mirrored(samples):
-    samples[:, [1, 2, 7, 8]] = samples[:, [2, 1, 8, 7]]
-    samples[:, [3, 5]] *= -1.0
-    return samples
-
-
-def turned_round(samples):
-    samples[:, [1, 2, 7, 8]] = -samples[:, [2, 1, 8, 7]]
-    samples[:, [4, 5]] *= -1.0
+def exchanged(samples, sign, negated):
+    """The sides and their commands exchanged, with another sign, and that of some columns changed."""
+    samples[:, [1, 2, 7, 8]] = sign * samples[:, [2, 1, 8, 7]]
+    samples[:, negated] *= -1.0
     return samples
 
 
 ALTERED = {
     'first half': lambda s: part(s, 0.0, 0.5),
     'second half': lambda s: part(s, 0.5, 1.0),
-    'third quarter': lambda s: part(s, 0.5, 0.75),
     'last eighth': lambda s: part(s, 0.875, 1.0),
-    'mirrored': mirrored,
-    'turned round': turned_round,
+    'mirrored': lambda s: exchanged(s, 1.0, [3, 5]),
+    'turned round': lambda s: exchanged(s, -1.0, [4, 5]),
     'encoder steps of 0.2 rad/s': lambda s: changed(s, [1, 2], lambda v: 0.2 * numpy.round(v / 0.2)),
     'encoder noise of 0.05 rad/s': lambda s: changed(s, [1, 2], noisy(0.05)),
     'gyro steps of 0.01 rad/s': lambda s: changed(s, [3], lambda v: 0.01 * numpy.round(v / 0.01)),
