@@ -4,7 +4,6 @@
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/faults/fault_monitor.hpp"
-#include "jackal_aic/identification/plant_identification.hpp"
 #include "jackal_aic/odometry/odometry.hpp"
 
 namespace jackal_aic::python {
@@ -114,63 +113,6 @@ Takes tens of milliseconds. Raises ValueError without a plant model, for the ope
 common period.)");
 }
 
-using Table = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-void requireColumns(const Table& table, const char* name, py::ssize_t columns) {
-  if (table.ndim() == 2 && table.shape(1) == columns) return;
-  throw ParameterError(fmt::format("{}: must have the shape (n, {})", name, columns));
-}
-
-/// Rows (time, left, right) as samples.
-template <class Sample>
-std::vector<Sample> samplesOf(const Table& table, const char* name) {
-  requireColumns(table, name, 3);
-  const auto rows = table.unchecked<2>();
-  std::vector<Sample> samples;
-  for (py::ssize_t i = 0; i < rows.shape(0); ++i) samples.push_back({rows(i, 0), {rows(i, 1), rows(i, 2)}});
-  return samples;
-}
-
-Identification identify(const Table& commands, const Table& wheels, const std::optional<Table>& yaw_rate,
-                        double wheel_radius, double slip_factor) {
-  DriveRecording recording;
-  recording.commands = samplesOf<CommandSample>(commands, "commands");
-  recording.wheels = samplesOf<WheelSample>(wheels, "wheels");
-  if (yaw_rate) {
-    requireColumns(*yaw_rate, "yaw_rate", 2);
-    const auto rows = yaw_rate->unchecked<2>();
-    for (py::ssize_t i = 0; i < rows.shape(0); ++i) recording.yaw.push_back({rows(i, 0), rows(i, 1)});
-  }
-  py::gil_scoped_release release;
-  return identifyDriveTrain(recording, wheel_radius, slip_factor);
-}
-
-void bindIdentification(py::module& m) {
-  py::class_<Estimate>(m, "Estimate", "An estimated quantity.")
-      .def_readonly("value", &Estimate::value, "In the unit of the quantity.")
-      .def_readonly("half_width", &Estimate::half_width, "Half width of the 95 % confidence interval.")
-      .def_readonly("unknown", &Estimate::unknown, "Reason why it is unknown; empty if it is known.")
-      .def("__repr__", [](const Estimate& e) {
-        return e.known() ? fmt::format("{:.4g} +- {:.2g}", e.value, e.half_width) : "unknown: " + e.unknown;
-      });
-  py::class_<Identification>(m, "Identification", "Drive train that a recording shows.")
-      .def_readonly("dead_time", &Identification::dead_time, "[s]")
-      .def_readonly("lag", &Identification::lag, "[s]")
-      .def_readonly("gain", &Identification::gain, "Wheel speed per command, above the offset.")
-      .def_readonly("offset", &Identification::offset, "By which wheels turn slower than gain x command [rad/s].")
-      .def_readonly("acceleration_limit", &Identification::acceleration_limit, "Of the wheel circumference [m/s^2].")
-      .def_readonly("track_left", &Identification::track_left, "Effective track turning left [m].")
-      .def_readonly("track_right", &Identification::track_right, "Effective track turning right [m].")
-      .def_readonly("remarks", &Identification::remarks, "Remarks for the user, one line each.");
-  m.def("identify", &identify, py::arg("commands"), py::arg("wheels"), py::arg("yaw_rate") = py::none(),
-        py::arg("wheel_radius") = GeometryParameters{}.wheel_radius, py::arg("slip_factor") = 1.0,
-        R"(Identifies the drive train from a drive.
-
-commands: rows (time, left, right) [s, rad/s, rad/s], shape (n, 3), each when it was sent.
-wheels: measured wheel speeds in the same form. yaw_rate: rows (time, yaw rate) [s, rad/s], shape (n, 2), or None.
-Raises ValueError if the drive contains too little (naming what is missing), or has stamps that do not increase.)");
-}
-
 void bindOdometry(py::module& m) {
   py::class_<Odometry>(m, "Odometry", "Motion and pose by wheels, gyro and commands, with their covariances.")
       .def(py::init([](const Parameters& parameters) {
@@ -264,7 +206,6 @@ PlantModel changed(const PlantModel& model, const py::dict& changes) {
 void bindAnalysis(py::module& m) {
   bindCertificate(m);
   bindLinearLoop(m);
-  bindIdentification(m);
   bindOdometry(m);
   bindFaults(m);
 }
