@@ -1,4 +1,4 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=['jackal_aic'], package_dir={'': 'sim/python'}))
+setup(**generate_distutils_setup(packages=['jackal_aic'], package_dir={'': 'src'}))

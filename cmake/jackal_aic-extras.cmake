@@ -10,7 +10,7 @@ endif()
 # Alignment of Eigen's types as the library was built with, whatever instructions the package is compiled for (-march=native).
 add_definitions(-DEIGEN_MAX_ALIGN_BYTES=16)
 
-# jackal_aic::core: controllers, drive loop, fault detection, certificate, identification and configuration, with Eigen alone.
+# jackal_aic::core: controllers, drive loop, fault detection, certificate and configuration, with Eigen alone.
 # jackal_aic_LIBRARIES names the libraries of ROS too, which a program without ROS need not link.
 if(NOT TARGET jackal_aic::core)
   find_package(Eigen3 REQUIRED NO_MODULE)

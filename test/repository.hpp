@@ -10,6 +10,9 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
+
+#include "jackal_aic/config/yaml_parameters.hpp"
 
 namespace jackal_aic {
 
@@ -30,6 +33,13 @@ inline std::set<std::string> found(const std::string& text, const std::string& p
   const std::regex expression(pattern);
   for (std::sregex_iterator i(text.begin(), text.end(), expression), end; i != end; ++i) groups.insert((*i)[1]);
   return groups;
+}
+
+/// Parameters of files of config/, by their names without the ending.
+inline ParameterMap shipped(const std::vector<std::string>& files) {
+  ParameterMap map;
+  for (const std::string& file : files) addYamlText(textOf("config/" + file + ".yaml"), file, map);
+  return map;
 }
 
 }  // namespace jackal_aic

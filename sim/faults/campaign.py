@@ -16,7 +16,7 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-from geometry_msgs.msg import Twist, Wrench
+from geometry_msgs.msg import Twist, Vector3, Wrench
 from jackal_aic.msg import ControllerState
 from jackal_msgs.msg import Drive, Feedback, Status
 from nav_msgs.msg import Odometry
@@ -128,9 +128,8 @@ class Campaign:
         due = [name for name, period in PERIODS.items() if self._time >= self._next[name]]
         self._next.update({name: self._next[name] + PERIODS[name] for name in due})
         if 'set_point' in due:
-            twist = Twist()
-            twist.linear.x, twist.angular.z = (0.0, 0.0) if self._time < FIRST_SET_POINT else self._set_point
-            self._send('set_point', twist)
+            forward, yaw_rate = (0.0, 0.0) if self._time < FIRST_SET_POINT else self._set_point
+            self._send('set_point', Twist(linear=Vector3(x=forward), angular=Vector3(z=yaw_rate)))
         if 'status' in due:
             status = Status(drivers_active=True, driver_external_stop_present=True)
             status.header.stamp = rospy.Time.from_sec(max(0.0, self._time - self._base + self._offset))
@@ -173,7 +172,7 @@ class Campaign:
             'clock_jump': (lambda: self._shift_clock(fault.amount), None), 'clock_reset': (self._start_world_anew, None),
             'pause': (lambda: self._pause_plant(fault.duration), None),
             'stall': (lambda: os.kill(self._process, signal.SIGSTOP), lambda: os.kill(self._process, signal.SIGCONT)),
-            'master_restart': (self._end_master, None)
+            'master_restart': (lambda: os.kill(rosgraph.Master(rospy.get_name()).getPid(), signal.SIGKILL), None)
         }.get(fault.kind, (None, None))
         if fault.kind in ('block_left', 'block_right', 'lift'):
             begin, end = (functools.partial(self._call, fault.kind, SetBool, on) for on in (True, False))
@@ -203,9 +202,7 @@ class Campaign:
         self._intruder = None
 
     def _push_robot(self, force, torque):
-        push = Wrench()
-        push.force.x, push.torque.z = force, torque
-        self._push.publish(push)
+        self._push.publish(Wrench(force=Vector3(x=force), torque=Vector3(z=torque)))
 
     def _shift_clock(self, seconds):
         self._offset += seconds
@@ -217,9 +214,6 @@ class Campaign:
     def _end_controller(self, number):
         self._end_requested = True
         os.kill(self._process, number)
-
-    def _end_master(self):
-        os.kill(rosgraph.Master(rospy.get_name()).getPid(), signal.SIGKILL)
 
     def _pause_plant(self, seconds):
         plant = process_of(PLANT)

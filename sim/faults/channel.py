@@ -4,19 +4,14 @@ import bisect
 import copy
 import math
 import random
+import types
 
 import rospy
 
 LARGEST, LARGEST_FLOAT32 = 1e300, 1e38
-
-
-class Wrong:
-    """A fault while a scenario runs."""
-
-    def __init__(self, fault):
-        self.fault = fault
-        self.first = None  # message in force when the fault began
-        self.second = False  # whether the next message is the second of a pair
+# Vectors of a topic, their channels, and their axes that count.
+VECTORS = {'imu': (('angular_velocity', 'gyro', 'z'), ('linear_acceleration', 'acceleration', 'xyz')),
+           'set_point': (('linear', 'forward', 'x'), ('angular', 'yaw_rate', 'z'))}
 
 
 def places(topic, message, channel):
@@ -25,18 +20,12 @@ def places(topic, message, channel):
     if topic == 'joint_states':
         message.velocity = list(message.velocity)
         return [(message.velocity, i) for i, name in enumerate(message.name[:len(message.velocity)]) if any(side in name for side in sides)]
-    if topic == 'imu':
-        found = [(message.angular_velocity, 'z')] if channel in ('all', 'gyro') else []
-        return found + ([(message.linear_acceleration, axis) for axis in 'xyz'] if channel in ('all', 'acceleration') else [])
-    if topic == 'set_point':
-        return ([(message.linear, 'x')] if channel in ('all', 'forward') else []) + (
-            [(message.angular, 'z')] if channel in ('all', 'yaw_rate') else [])
     if topic == 'cmd_drive':
         message.drivers = list(message.drivers)
         return [(message.drivers, ('left', 'right').index(side)) for side in sides]
     if topic == 'feedback':
         return [(message.drivers[('left', 'right').index(side)], 'measured_velocity') for side in sides]
-    return []
+    return [(getattr(message, vector), axis) for vector, name, axes in VECTORS.get(topic, ()) if channel in ('all', name) for axis in axes]
 
 
 def get(place):
@@ -95,7 +84,9 @@ class Channel:
 
     def arm(self, faults, onset):
         """Forgets everything from before. onset [s]: from which `start` of a fault counts."""
-        self._wrong, self._onset, self._random = [Wrong(fault) for fault in faults], onset, random.Random(1)
+        # first: the message in force when a fault began; second: whether the next message is the second of a pair
+        self._wrong = [types.SimpleNamespace(fault=fault, first=None, second=False) for fault in faults]
+        self._onset, self._random = onset, random.Random(1)
         self._last_good, self._waiting = None, []
 
     def take(self, now, message):

@@ -4,11 +4,12 @@ import math
 import pathlib
 import typing
 
+import numpy
 import yaml
 
 CONFIG = pathlib.Path(__file__).resolve().parents[2] / 'config'
 MARGIN = 1.2  # on configured times
-STILL = (0.02, 0.05)  # m/s and rad/s, below which the robot stands
+STILL = numpy.array([0.02, 0.05])  # m/s and rad/s, below which the robot stands
 WINDOW = 0.4  # s, over which a speed is averaged
 ROUNDING = 1e-3  # relative: commands travel as float32
 SMALLEST = 0.2  # m/s and rad/s, below which the tolerance at the end is absolute
@@ -62,10 +63,10 @@ class Limits(typing.NamedTuple):
     robot_dead_time: float = 0.08  # s
     robot_acceleration: float = 1.65  # m/s^2, of the wheel circumference
 
-    def body(self, command):
-        """Speed and yaw rate of a command."""
-        return (0.5 * self.wheel_radius * (command.left + command.right),
-                self.wheel_radius * (command.right - command.left) / self.effective_track)
+    def body(self, wheels):
+        """Speeds and yaw rates of wheel speeds, shapes (n, 2)."""
+        left, right = self.wheel_radius * wheels.T
+        return numpy.stack([0.5 * (left + right), (right - left) / self.effective_track], axis=1)
 
 
 def limits_of(plant):
@@ -118,19 +119,15 @@ class Verdict:
             self.failures.append(words.format(*values))
 
     def _motion(self):
-        run, expectation, truth = self.scenario, self.scenario.expectation, self.record.truth
-        onset = next((sample for sample in reversed(truth) if sample.time <= run.onset), truth[0])
-        later = [sample for sample in truth if sample.time > run.onset]
-        over = [max([0.0] + [abs(sample[i]) - max(abs(onset[i]), abs(run.set_point[i - 1])) for sample in later]) for i in (1, 2)]
-        standstill, distance, before = None, 0.0, onset
-        for sample in (sample for sample in later if sample.time <= run.clear()):
-            if standstill is None:
-                distance += abs(sample.forward) * (sample.time - before.time)
-            if abs(sample.forward) >= STILL[0] or abs(sample.yaw_rate) >= STILL[1]:
-                standstill = None
-            elif standstill is None:
-                standstill = sample.time - run.onset
-            before = sample
+        run, expectation, truth = self.scenario, self.scenario.expectation, numpy.array(self.record.truth)
+        onset = self.record.truth[max(0, numpy.count_nonzero(truth[:, 0] <= run.onset) - 1)]
+        later = truth[truth[:, 0] > run.onset]
+        over = numpy.max([numpy.zeros(2), *(abs(later[:, 1:]) - numpy.maximum(numpy.abs(onset[1:]), numpy.abs(run.set_point)))], axis=0)
+        until = later[later[:, 0] <= run.clear()]
+        moves = numpy.flatnonzero((abs(until[:, 1:]) >= STILL).any(axis=1))
+        first = moves[-1] + 1 if len(moves) else 0  # sample at which it stands for good
+        standstill = until[first, 0] - run.onset if first < len(until) else None
+        distance = numpy.sum((abs(until[:, 1]) * numpy.diff(until[:, 0], prepend=onset.time))[:first + 1])
         allowed = allowed_standstill(expectation, self.limits, onset)
         self.figures.update(distance_m=distance, standstill_s=standstill, overspeed_mps=over[0], yaw_overspeed_radps=over[1],
                             allowed_s=allowed if expectation.outcome == 'stops' else None)
@@ -143,29 +140,24 @@ class Verdict:
             self._fail(standstill is None or standstill <= allowed, 'standstill after {:.2f} s, allowed {:.2f}', standstill or 0.0, allowed)
 
     def _commands(self):
-        commands, gate = self.record.commands, self.limits.gate
-        if not all(math.isfinite(value) for command in commands for value in command[1:3]):
+        commands, gate = numpy.array(self.record.commands, float), self.limits.gate
+        wheels, fresh = commands[:, 1:3], commands[:, 3] > 0.0
+        if not numpy.isfinite(wheels).all():
             return self._fail(False, 'a drive command is not finite')
-        limit_use, step, acceleration_use = 0.0, 0.0, 0.0
-        for before, command in zip([None] + commands, commands):
-            forward, yaw_rate = self.limits.body(command)
-            limit_use = max(limit_use, abs(forward) / gate['limits.linear_speed'], abs(yaw_rate) / gate['limits.angular_speed'],
-                            max(abs(command.left), abs(command.right)) / gate['limits.wheel_speed'])
-            if command.fresh_start:
-                if command.left or command.right:
-                    self._fail(False, 'an old motion goes on after a fresh start')
-            elif before is not None:
-                # Periods in which nothing was sent (a stall) may be made up for.
-                periods = max(1.0, round((command.time - before.time) / self.limits.action_period))
-                step = max(step, max(abs(command.left - before.left), abs(command.right - before.right)) / periods)
-                for now, then, key in zip((forward, yaw_rate), self.limits.body(before), ('linear', 'angular')):
-                    bound = gate['limits.{}_acceleration'.format(key)] * periods * self.limits.action_period
-                    acceleration_use = max(acceleration_use, abs(now - then) / bound if bound > 0.0 else 0.0)
+        self._fail(not wheels[fresh].any(), 'an old motion goes on after a fresh start')
+        body = self.limits.body(wheels)
+        limit_use = max(numpy.max(abs(body) / [gate['limits.linear_speed'], gate['limits.angular_speed']]),
+                        numpy.max(abs(wheels)) / gate['limits.wheel_speed'])
+        # Periods in which nothing was sent (a stall) may be made up for.
+        periods = numpy.maximum(1.0, numpy.round(numpy.diff(commands[:, 0]) / self.limits.action_period))[:, None]
+        steps, changes = (abs(numpy.diff(values, axis=0) / periods)[~fresh[1:]] for values in (wheels, body))
+        bounds = self.limits.action_period * numpy.array([gate['limits.linear_acceleration'] or math.inf,
+                                                          gate['limits.angular_acceleration'] or math.inf])
+        step, acceleration_use = numpy.max(steps, initial=0.0), numpy.max(changes / bounds, initial=0.0)
         self.figures.update(command_step_radps=step, acceleration_use=acceleration_use, limit_use=limit_use)
-        if limit_use > 1.0 + ROUNDING:
-            self._fail(False, 'a drive command is {:.2f} of the limits', limit_use)
-        if acceleration_use > 1.0 + ROUNDING:
-            self._fail(False, 'drive command steps by {:.2f} rad/s in one period, {:.2f} of the limit', step, acceleration_use)
+        self._fail(limit_use <= 1.0 + ROUNDING, 'a drive command is {:.2f} of the limits', limit_use)
+        self._fail(acceleration_use <= 1.0 + ROUNDING, 'drive command steps by {:.2f} rad/s in one period, {:.2f} of the limit', step,
+                   acceleration_use)
 
     def _detection(self):
         expectation, onset, states = self.scenario.expectation, self.scenario.onset, self.record.states
@@ -203,10 +195,9 @@ class Verdict:
 
     def _speed(self, when, end, expected):
         """The mean motion over a window that ends at a time [s]."""
-        window = [sample for sample in self.record.truth if end - WINDOW <= sample.time <= end]
-        if not window:
+        window = numpy.array([sample for sample in self.record.truth if end - WINDOW <= sample.time <= end])
+        if not len(window):
             return self._fail(False, 'nothing was recorded {}', when)
-        for i, unit in ((1, 'm/s'), (2, 'rad/s')):
-            mean, wanted = sum(sample[i] for sample in window) / len(window), expected[i - 1]
+        for mean, wanted, unit in zip(window[:, 1:].mean(axis=0), expected, ('m/s', 'rad/s')):
             self._fail(abs(mean - wanted) <= self.scenario.expectation.tolerance * max(abs(wanted), SMALLEST),
                        '{:.2f} {}, expected {:.2f}, {}', mean, unit, wanted, when)

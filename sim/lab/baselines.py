@@ -17,7 +17,7 @@ import yaml
 import engine
 import kalman
 import search
-from linear import PERIOD, TICKS, Flow, delay, figures as linear_figures
+from linear import PERIOD, TICKS, Flow, delay, figures as linear_figures, shifted
 
 MS, GAIN_MARGIN, DELAY_MARGIN = 1.6, 2.0, 0.05  # what every structure keeps: peak of the sensitivity, margins [-, s]
 LONGER = 1.5  # dead time of the robot / of the model
@@ -56,13 +56,13 @@ class SmithPredictor:
     def __init__(self, model, radius, proportional, integral):
         self.pi = Pid(proportional, integral)
         self.delayed, self.prompt = Flow(model, radius, TICKS, delay(model)), Flow(model, radius, TICKS, 0)
-        self.commands = [0.0] * len(self.delayed.inputs)
-        self.states = [[0.0] * 3, [0.0] * 3]
+        self.commands = numpy.zeros(len(self.delayed.inputs))
+        self.late, self.early = numpy.zeros((2, 3))
 
     def act(self, e):
-        v = self.pi.act(e - self.states[0][0] + self.states[1][0])
-        self.commands = [v] + self.commands[:-1]
-        self.states = [self.delayed(self.states[0], self.commands), self.prompt(self.states[1], self.commands)]
+        v = self.pi.act(e - self.late[0] + self.early[0])
+        self.late = self.delayed(self.late, shifted(self.commands, v))
+        self.early = self.prompt(self.early, self.commands[:1])
         return v
 
 
@@ -85,16 +85,14 @@ class Lqg:
         weights = numpy.diag([1.0, 0.0][:len(a)])
         p = scipy.linalg.solve_discrete_are(a, b, weights, numpy.array([[command_weight]]))
         feedback = (b.T @ p @ a) / (command_weight + b.T @ p @ b)
-        self.feedback = feedback[0].tolist() + [0.0] * (2 - len(a)) + [1.0]
-        self.filter = self.filter.tolist()
-        self.state, self.commands = [0.0] * 3, [0.0] * len(self.next.inputs)
+        self.feedback = numpy.array(feedback[0].tolist() + [0.0] * (2 - len(a)) + [1.0])
+        self.state, self.commands = numpy.zeros(3), numpy.zeros(len(self.next.inputs))
 
     def act(self, e):
-        error = e - self.state[0]
-        self.state = [x + gain * error for x, gain in zip(self.state, self.filter)]
-        v = -sum(k * x for k, x in zip(self.feedback, self.arrival(self.state, [0.0] + self.commands))) / self.gain
-        self.commands = [v] + self.commands[:-1]
-        self.state = self.next(self.state, self.commands)
+        self.state = self.state + self.filter * (e - self.state[0])
+        underway = numpy.append(0.0, self.commands)[:len(self.arrival.inputs)]  # without the present command
+        v = -(self.feedback @ self.arrival(self.state, underway)) / self.gain
+        self.state = self.next(self.state, shifted(self.commands, v))
         return v
 
 
@@ -155,7 +153,7 @@ class PathWheel:
         step, command, self.limit = kalman.drive_train(model, radius)
         self.step, self.input = step.tolist(), command.tolist()
         prompt = Flow(model, radius, TICKS, 0)
-        self.over_period, self.by_command = prompt.rows[0], prompt.columns[0][0]
+        self.over_period, self.by_command = prompt.transition[0].tolist(), float(prompt.inputs[0, 0])
         self.w = self.z = self.forward = 0.0  # on the path, without the dead time
         self.path = collections.deque([0.0] * (self.delay + 1), self.delay + 1)  # w, tick by tick
 

@@ -35,11 +35,6 @@ TASKS = (Task('box', 'plant_box.yaml', ('5-1', '5-2', '5-4', '5-5', '5-6', '5-9'
               {'dead_time': (0.03, 0.2), 'motor_lag': (0.002, 0.12), 'velocity_loop_integral': (0.1, 30.0), 'acceleration_limit': (0.8, 10.0)}))
 
 
-def compared(tables):
-    """Rows of tables, each with its integrator for the comparison."""
-    return [(row, thesis.comparable_integrator(row)) for table in tables for row in thesis.steps(table)]
-
-
 def responses(plant, item):
     """Settling and rise of a row on a plant without noise (overrides of plant.*), by dead time and band."""
     (row, integrator), shift = item
@@ -65,10 +60,8 @@ def trend_error(rows, settlings):
                        if rows[k]['table'] == row['table'] and rows[k].get(key, '') == row.get(key, '')), None)
         if before is None or not rows[before].get('settling') or not row.get('settling'):
             continue
-        slow, fast = (before, i) if rows[before]['settling'] >= row['settling'] else (i, before)
-        fall = math.log(rows[slow]['settling'] / rows[fast]['settling'])
-        ours = settlings[slow], settlings[fast]
-        total += max(0.0, fall - math.log(ours[0] / ours[1])) if all(ours) else MISSING
+        theirs, ours = math.log(rows[before]['settling'] / row['settling']), (settlings[before], settlings[i])
+        total += max(0.0, math.copysign(1.0, theirs) * (theirs - math.log(ours[0] / ours[1]))) if all(ours) else MISSING
         count += 1
     return total / count if count else 0.0
 
@@ -77,7 +70,8 @@ class Fit:
     """The cost of a plant: mean error of the tables and of their trends over dead times and bands."""
 
     def __init__(self, task, jobs):
-        self.task, self.items, self.jobs = task, compared(task.tables), jobs
+        self.task, self.jobs = task, jobs
+        self.items = [(row, thesis.comparable_integrator(row)) for table in task.tables for row in thesis.steps(table)]
         plant = engine.settings(task.plant, 'diff_drive')['plant']
         self.start = {key: plant[key] for key in task.ranges}
         self.low, self.high = numpy.log(list(task.ranges.values())).T

@@ -80,31 +80,20 @@ def ordinary(case, duration=ORDINARY_TIME):
     return {'controller': controller, 'plant': plant, 'condition': condition, 'duration_s': duration, **alarms(drive)}
 
 
-def _either(item):
-    function, case = item
-    return function(case)
-
-
 def write(out, jobs=0, real=False):
-    out = engine.directory(out)
-    ordinaries, faults = ordinary_cases(real), cases(real)
-    rows = engine.parallel(_either, [(ordinary, c) for c in ordinaries] + [(detect, c) for c in faults], jobs, 'detection')
-    engine.save(out, 'detection.csv', rows[len(ordinaries):], DETECTION_COLUMNS)
-    engine.save(out, 'alarms.csv', rows[:len(ordinaries)], ALARM_COLUMNS)
+    engine.save(out, 'alarms.csv', engine.parallel(ordinary, ordinary_cases(real), jobs, 'alarms'), ALARM_COLUMNS)
+    engine.save(out, 'detection.csv', engine.parallel(detect, cases(real), jobs, 'detection'), DETECTION_COLUMNS)
 
 
 # ---- hours without a fault
 
-def quiet(drive):
-    """False alarms of a robots.QuietDrive."""
+def quiet(item):
+    """False alarms of a robots.quiet_drive(), by its arguments."""
+    drive = robots.quiet_drive(*item)
     plant = engine.settings(drive.plant, drive.controller, drive.overrides)['plant']
     overrides = dict(drive.overrides, **robots.scaled(plant, drive.ratios))
     return alarms(engine.drive(drive.plant, drive.controller, drive.motion, overrides, monitor={'identified': drive.identified},
                                samples_only=True))
-
-
-def _quiet_number(item):
-    return quiet(robots.quiet_drive(*item))
 
 
 def quiet_hours(hours, seed, real=False, jobs=0):
@@ -113,7 +102,7 @@ def quiet_hours(hours, seed, real=False, jobs=0):
     if not 1.0 <= drives <= 1e6 or drives != int(drives):
         raise ValueError('quiet-hours = {:g}: must be a multiple of 0.5 and at most 500000 h'.format(hours))
     items = [(seed, number, QUIET_TIME, True, real) for number in range(int(drives))]
-    found = engine.parallel(_quiet_number, items, jobs, 'quiet hours')
+    found = engine.parallel(quiet, items, jobs, 'quiet hours')
     for item, alarm in zip(items, found):
         if alarm['faults']:
             print('{}: {}: {} alarms, first {}'.format(item[1], robots.quiet_drive(*item), alarm['faults'], alarm['fault']))
@@ -138,8 +127,7 @@ def most_swings(drive):
         late = slice(begin + int(numpy.searchsorted(drive.time[begin:end], drive.time[begin] + ARRIVAL)), end)
         for channel, threshold in SWINGS.items():
             values = getattr(drive, channel)[late]
-            if len(values) and numpy.ptp(values) > threshold:
-                most = max(most, metrics.swings(values.tolist(), threshold))
+            most = max(most, metrics.swings(values, threshold))
     return most
 
 

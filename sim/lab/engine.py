@@ -45,15 +45,8 @@ def bars():
     return read_yaml('sim/lab/acceptance.yaml')
 
 
-@functools.lru_cache(maxsize=None)
-def _settings(robot, controller, overrides):
-    return jackal_aic.settings(robot, controller, dict(overrides))
-
-
 def settings(robot, controller, overrides=None):
-    """jackal_aic.settings(), remembered."""
-    hashable = tuple((key, tuple(value) if isinstance(value, list) else value) for key, value in (overrides or {}).items())
-    return _settings(robot, controller, hashable)
+    return jackal_aic.settings(robot, controller, overrides or {})
 
 
 def require_range(name, value, low, high):
@@ -151,13 +144,11 @@ def aligned(lines, left=None):
 
 def trace_rows(run, label, drive):
     """A line each 10 ms."""
-    believed = metrics.has_belief(drive)
-    series = [drive.time, drive.set_speed, drive.speed, drive.measured_speed, drive.believed_speed if believed else None, drive.set_yaw_rate,
-              drive.yaw_rate, drive.measured_yaw_rate, drive.believed_yaw_rate if believed else None, drive.command_left, drive.command_right]
     due = numpy.flatnonzero(numpy.diff(numpy.floor((drive.time + 0.5 * motions.TICK) / TRACE_STEP), prepend=-1.0))
-    values = numpy.column_stack([one[due] for one in series if one is not None]) + 0.0
-    line = ','.join('{:.6g}' if one is not None else '' for one in series)
-    return [[str(run), label] + line.format(*row).split(',') for row in numpy.where(numpy.isfinite(values), values, numpy.nan).tolist()]
+    values = numpy.column_stack([one[due] for one in (
+        drive.time, drive.set_speed, drive.speed, drive.measured_speed, drive.believed_speed, drive.set_yaw_rate, drive.yaw_rate,
+        drive.measured_yaw_rate, drive.believed_yaw_rate, drive.command_left, drive.command_right)]) + 0.0
+    return [[str(run), label, *map('{:.6g}'.format, row)] for row in numpy.where(numpy.isfinite(values), values, numpy.nan).tolist()]
 
 
 def directory(path):

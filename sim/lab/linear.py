@@ -35,22 +35,20 @@ class Flow:
         powers = [numpy.eye(3)]
         for _ in range(ticks):
             powers.append(step @ powers[-1])
-        self.transition = powers[ticks]
-        self.inputs = [numpy.zeros(3) for _ in range((delay + TICKS - 1) // TICKS + 1)]
+        self.transition, self.inputs = powers[ticks], numpy.zeros(((delay + TICKS - 1) // TICKS + 1, 3))
         for i in range(ticks):
             self.inputs[max(0, (delay - i + TICKS - 1) // TICKS)] += powers[ticks - 1 - i] @ command
 
-        self.rows = self.transition.tolist()
-        self.columns = [vector.tolist() for vector in self.inputs]
-
     def __call__(self, state, commands):
-        """commands: the newest first."""
-        x, y, z = state
-        next_state = [a * x + b * y + c * z for a, b, c in self.rows]
-        for (a, b, _), v in zip(self.columns, commands):
-            next_state[0] += a * v
-            next_state[1] += b * v
-        return next_state
+        """state: shape (3,) or (wheels, 3). commands: the newest first, shape (periods,) or (wheels, periods)."""
+        return state @ self.transition.T + commands @ self.inputs
+
+
+def shifted(commands, newest):
+    """Commands, of a wheel or of each, after another period."""
+    commands[..., 1:] = commands[..., :-1]
+    commands[..., 0] = newest
+    return commands
 
 
 def delay(model):
@@ -62,14 +60,12 @@ def _answers(act, model, values):
     """Samples and commands per period of the left and the right wheel after the warm-up, with an impulse on a sample of the right one,
     shape (PERIODS, 2) each. act: takes an Observation to the commands."""
     flow, ticks = Flow(model, values['geometry']['wheel_radius'], TICKS, delay(model)), WARM_UP + PERIODS
-    states, commands = [[0.0] * 3] * 2, [[0.0] * len(flow.inputs) for _ in range(2)]
+    states, commands = numpy.zeros((2, 3)), numpy.zeros((2, len(flow.inputs)))
     samples, driven = numpy.empty((ticks, 2)), numpy.empty((ticks, 2))
     for k in range(ticks):
-        samples[k] = states[0][0], states[1][0] + (IMPULSE if k == WARM_UP else 0.0)
+        samples[k] = states[:, 0] + (0.0, IMPULSE if k == WARM_UP else 0.0)
         driven[k] = act(jackal_aic.Observation(k * PERIOD, *samples[k], 0.0, valid=('left', 'right', 'acceleration')))  # a gyro couples wheels
-        for side in (0, 1):
-            commands[side] = [driven[k, side]] + commands[side][:-1]
-            states[side] = flow(states[side], commands[side])
+        states = flow(states, shifted(commands, driven[k]))
     return samples[WARM_UP:], driven[WARM_UP:]
 
 

@@ -2,15 +2,13 @@
 
 import jackal_aic
 import numpy
+import scipy.signal
 
 import motions
 
 FINAL = 0.5  # s at the end over which a final value is the mean
 RUNAWAY = 10.0  # multiples of the largest set point at which a belief counts as diverged
 INSIDE_95 = 5.991  # chi-squared with two degrees of freedom
-
-BELIEVED = {'speed': 'believed_speed', 'yaw_rate': 'believed_yaw_rate'}
-SET = {'speed': 'set_speed', 'yaw_rate': 'set_yaw_rate'}
 
 
 def has_belief(drive):
@@ -26,8 +24,8 @@ def belief_ran_away(drive, channel):
     """A belief that is not finite or far beyond every set point, which the limits of the command can hide from the velocity."""
     if not has_belief(drive):
         return False
-    believed = getattr(drive, BELIEVED[channel])
-    largest = numpy.max(numpy.abs(getattr(drive, SET[channel])))
+    believed = getattr(drive, 'believed_' + channel)
+    largest = numpy.max(numpy.abs(getattr(drive, 'set_' + channel)))
     return bool(numpy.any(~(numpy.abs(believed) <= RUNAWAY * largest)))
 
 
@@ -63,26 +61,14 @@ def errors(drive, motion):
     figures['belief_rms_radps'] = rms((drive.believed_yaw_rate - drive.yaw_rate)[late])
     if motion.channel is not None:
         last = (drive.time >= motion.end - FINAL) & (drive.time <= motion.end)
-        error = getattr(drive, BELIEVED[motion.channel]) - getattr(drive, motion.channel)
-        figures['belief_bias_pct'] = float(100.0 * numpy.sum(error[last]) / numpy.sum(getattr(drive, SET[motion.channel])[last]))
+        error = getattr(drive, 'believed_' + motion.channel) - getattr(drive, motion.channel)
+        figures['belief_bias_pct'] = float(100.0 * numpy.sum(error[last]) / numpy.sum(getattr(drive, 'set_' + motion.channel)[last]))
     return figures
 
 
-def iae(error, tick=motions.TICK):
-    """Integral of the absolute error."""
-    return float(tick * numpy.sum(numpy.abs(error)))
-
-
 def swings(values, threshold):
-    """Turning points that are further from the last one than a threshold."""
-    count, direction, low, high = 0, 0, None, None
-    for value in values:
-        low, high = (value, value) if low is None else (min(low, value), max(high, value))
-        turned = -1 if direction >= 0 and high - value > threshold else 1 if direction <= 0 and value - low > threshold else 0
-        if turned:
-            count += direction != 0
-            direction, low, high = turned, value, value
-    return count
+    """Turning points that stand out from both their neighbours by more than a threshold."""
+    return sum(len(scipy.signal.find_peaks(sign * numpy.asarray(values), prominence=threshold)[0]) for sign in (1.0, -1.0))
 
 
 def normalised_error(error_speed, error_yaw_rate, speed_variance, covariance, yaw_rate_variance):

@@ -1,5 +1,6 @@
 """Set points over time, and the step of them that is assessed."""
 
+import bisect
 import math
 import typing
 
@@ -28,12 +29,8 @@ class Motion(typing.NamedTuple):
 
     def at(self, time):
         """The set point (speed, yaw rate) at a time [s]."""
-        now = (0.0, 0.0)
-        for point in self.set_points:
-            if point[0] > time + 1e-9:
-                break
-            now = point[1:]
-        return now
+        begun = bisect.bisect_right(self.set_points, (time + 1e-9, math.inf))
+        return self.set_points[begun - 1][1:] if begun else (0.0, 0.0)
 
     def step(self):
         """The assessed step: (speed before, after), (yaw rate before, after)."""

@@ -25,16 +25,6 @@ PHASES = ('standing', 'steady', 'transient')
 BELIEF_COLUMNS = ('plant', 'phase', 'nees', 'nees_forward', 'nees_yaw_rate', 'inside_95')
 
 
-def truth(drive, values):
-    """Speed and yaw rate of the robot; on the box those of its wheels by the track of the model."""
-    if values['plant']['support'] == 'ground':
-        return drive.speed, drive.yaw_rate
-    geometry = values['geometry']
-    track = values['plant_model']['effective_track'] or geometry['effective_track']
-    return (0.5 * geometry['wheel_radius'] * (drive.wheel_left + drive.wheel_right),
-            geometry['wheel_radius'] * geometry['slip_factor'] * (drive.wheel_right - drive.wheel_left) / track)
-
-
 def stock(drive, radius):
     """Pose (x, y, heading) of the stock controller's odometry: wheel speeds integrated on arcs."""
     left, right = numpy.diff(radius * drive.wheel_position_left), numpy.diff(radius * drive.wheel_position_right)
@@ -83,10 +73,7 @@ def drives_and_stops(seed):
 def phases(drive):
     """Index in PHASES of each instant."""
     changed = metrics.set_point_changes(drive)
-    since = numpy.full(len(drive.time), -numpy.inf)
-    if len(changed):
-        last = numpy.searchsorted(changed, numpy.arange(len(drive.time)), side='right') - 1
-        since = numpy.where(last >= 0, drive.time[changed[last]], -numpy.inf)
+    since = numpy.append(-numpy.inf, drive.time[changed])[numpy.searchsorted(changed, numpy.arange(len(drive.time)), side='right')]
     stands = (drive.set_speed == 0.0) & (drive.set_yaw_rate == 0.0)
     return numpy.where(drive.time - since < UNSTEADY - 1e-9, 2, numpy.where(stands, 0, 1))
 
@@ -96,8 +83,7 @@ def consistency(item):
     plant, seed = item
     robot, overrides = ('real', robots.reality(seed)) if plant == 'drawn' else (plant, {'plant.seed': seed})
     drive = engine.drive(robot, 'predictive', drives_and_stops(seed), overrides, odometry=True)
-    speed, yaw_rate = truth(drive, engine.settings(robot, 'predictive', overrides))
-    errors = drive.believed_speed - speed, drive.believed_yaw_rate - yaw_rate
+    errors = drive.believed_speed - drive.speed, drive.believed_yaw_rate - drive.yaw_rate
     nees = metrics.normalised_error(*errors, drive.believed_speed_variance, drive.believed_covariance, drive.believed_yaw_rate_variance)
     single = errors[0]**2 / drive.believed_speed_variance, errors[1]**2 / drive.believed_yaw_rate_variance
     phase = numpy.where((numpy.arange(len(drive.time)) % 10 == 5) & (drive.time >= motions.REST), phases(drive), -1)

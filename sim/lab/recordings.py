@@ -7,12 +7,14 @@ Two kinds of CSV files, told apart by their columns: logs, in which the command 
 import csv
 import math
 import pathlib
+import types
 import typing
 
 import jackal_aic
 import numpy
 
 import engine
+import metrics
 import robots
 import search
 
@@ -29,36 +31,6 @@ BLOCK = 40  # samples of a steady piece
 TICK = 0.01  # s between calls of the loop's timer
 TRACK_MULTIPLIER, TRACK_RANGE = 1.5, 4.0  # of the distance of the sides; a Husky on a smooth floor turns by less than half of its geometry
 STUCK, REVERSED = 'does not move although its wheels turn', 'gyro turns against the wheels: mounted upside down?'
-
-
-class Recording(typing.NamedTuple):
-    """Arrays with a value for each sample: time [s]; wheels [rad/s], shape (n, 2); yaw_rate [rad/s]; acceleration [m/s^2], shape (n, 3);
-    heading [rad]; commands [rad/s], shape (n, 2), NaN where they are not known; step of the commands, -1 without one; whether the
-    robot moves steadily, and whether a stretch starts."""
-
-    name: str
-    wheel_radius: float
-    wheel_distance: float
-    has_imu: bool
-    gyro_reversed: bool  # the file's gyro has the other sign; yaw_rate is corrected
-    time: numpy.ndarray
-    wheels: numpy.ndarray
-    yaw_rate: numpy.ndarray
-    acceleration: numpy.ndarray
-    heading: numpy.ndarray
-    commands: numpy.ndarray
-    step: numpy.ndarray
-    steady: numpy.ndarray
-    starts: numpy.ndarray
-
-
-class Blocks(typing.NamedTuple):
-    """Means over steady pieces of the steps: commands and wheels [rad/s], shapes (m, 2), and yaw_rate [rad/s]."""
-
-    step: numpy.ndarray
-    commands: numpy.ndarray
-    wheels: numpy.ndarray
-    yaw_rate: numpy.ndarray
 
 
 # ---- reading
@@ -116,7 +88,10 @@ def _read_windows(found):
 
 
 def read(path):
-    """A recording from a file. Raises ValueError with file and reason."""
+    """A recording from a file: its name, wheel_radius and wheel_distance [m], has_imu, and arrays with a value for each sample: time [s];
+    wheels [rad/s], shape (n, 2); yaw_rate [rad/s]; acceleration [m/s^2], shape (n, 3); heading [rad]; commands [rad/s], shape (n, 2), NaN
+    where they are not known; step of the commands, -1 without one; whether the robot moves steady, and whether a stretch starts.
+    Raises ValueError with file and reason."""
     name = pathlib.Path(path).stem
     known = [robot for robot in ROBOTS if name.startswith(robot)]
     if not known:
@@ -129,11 +104,10 @@ def read(path):
         raise ValueError("'{}': {}".format(path, error)) from error
     wheels, yaw_rate = numpy.stack([found[key] for key in SENSORS[:2]], axis=1), found['gyro_z_radps']
     acceleration = numpy.stack([found[key] for key in SENSORS[3:6]], axis=1)
-    turns = _part(wheels, 1)
-    # The gyro, and not the wheels against their commands, has the wrong sign.
-    reversed_gyro = bool(numpy.sum(yaw_rate * turns) < 0.0 <= numpy.nansum(_part(commands, 1) * turns))
-    return Recording(name, radius, distance, bool((yaw_rate != 0.0).any() or (acceleration[:, 2] != 0.0).any()), reversed_gyro, time, wheels,
-                     -yaw_rate if reversed_gyro else yaw_rate, acceleration, found['lidar_yaw_rad'], commands, step, steady, starts)
+    return types.SimpleNamespace(
+        name=name, wheel_radius=radius, wheel_distance=distance, has_imu=bool((yaw_rate != 0.0).any() or (acceleration[:, 2] != 0.0).any()),
+        time=time, wheels=wheels, yaw_rate=yaw_rate, acceleration=acceleration, heading=found['lidar_yaw_rad'], commands=commands, step=step,
+        steady=steady, starts=starts)
 
 
 def paths(directory):
@@ -145,7 +119,8 @@ def paths(directory):
 
 
 def steady_blocks(recording):
-    """Blocks of a recording, in order; the yaw rate is by the gyro, or else by lidar."""
+    """Steady pieces of a recording, in order: step; means of commands and wheels [rad/s], shapes (m, 2), and yaw_rate [rad/s], by the
+    gyro, or else by lidar."""
     usable = recording.steady & ~numpy.isnan(recording.commands[:, 0])
     ends = numpy.flatnonzero(recording.starts | _changes(recording.step) | _changes(usable))[1:]
     pieces = [piece for piece in numpy.split(numpy.arange(len(usable)), ends) if usable[piece[0]]]
@@ -156,7 +131,8 @@ def steady_blocks(recording):
     else:
         headings = numpy.unwrap(recording.heading[blocks], axis=1)
         turns = (headings[:, -1] - headings[:, 0]) / PERIOD / (BLOCK - 1)
-    return Blocks(recording.step[blocks[:, -1]], recording.commands[blocks[:, -1]], recording.wheels[blocks].mean(axis=1), turns)
+    return types.SimpleNamespace(step=recording.step[blocks[:, -1]], commands=recording.commands[blocks[:, -1]],
+                                 wheels=recording.wheels[blocks].mean(axis=1), yaw_rate=turns)
 
 
 # ---- what reached the motors
@@ -175,10 +151,8 @@ class CommandPath(typing.NamedTuple):
 
     def parts(self, commands):
         """Mean and difference of the sides after gains and cut, shape (n, 2)."""
-        commands = numpy.asarray(commands)
-        return numpy.stack([self.forward_gain * commands.mean(axis=-1),
-                            numpy.clip(self.yaw_gain * (commands[..., 1] - commands[..., 0]), -self.largest_difference,
-                                       self.largest_difference)], axis=-1)
+        return numpy.stack([self.forward_gain * _part(commands, 0), numpy.clip(
+            self.yaw_gain * _part(commands, 1), -self.largest_difference, self.largest_difference)], axis=-1)
 
     def slowed(self, parts):
         """Sides of means and differences, shape (n, 2)."""
@@ -256,21 +230,16 @@ def applied_commands(recording, path):
 
 # ---- replay
 
-def identify(recording, commands, end=None):
-    """jackal_aic.identify() on the samples with known commands before one of them."""
-    time, known = recording.time[:end, None], ~numpy.isnan(commands[:end, 0])
-    yaw = numpy.hstack([time, recording.yaw_rate[:end, None]])[known] if recording.has_imu else None
-    return jackal_aic.identify(numpy.hstack([time, commands[:end]])[known], numpy.hstack([time, recording.wheels[:end]]), yaw,
-                               recording.wheel_radius)
-
-
 def known_model(recording, commands, identified):
-    """Plant model of the loop, and the reason of a failed identification."""
-    model = dict(robots.assumed_model(), sensor_rate=20.0)
+    """Plant model of the loop, identified from the first half of a recording or assumed, and the reason of a failed identification."""
+    model, half = dict(robots.assumed_model(), sensor_rate=20.0), len(recording.time) // 2
     if not identified:
         return model, ''
+    time, known = recording.time[:half, None], ~numpy.isnan(commands[:half, 0])
+    yaw = numpy.hstack([time, recording.yaw_rate[:half, None]])[known] if recording.has_imu else None
     try:
-        found = identify(recording, commands, len(recording.time) // 2)
+        found = jackal_aic.identify(numpy.hstack([time, commands[:half]])[known], numpy.hstack([time, recording.wheels[:half]]), yaw,
+                                    recording.wheel_radius)
     except ValueError as error:
         return model, str(error)
     if found.gain.unknown:
@@ -293,11 +262,6 @@ def samples_of(recording, commands):
     """Rows (time, left, right, yaw rate, acceleration x, y, z, applied left and right, whether a stretch starts, whether it is held out)."""
     return numpy.column_stack([recording.time, recording.wheels, recording.yaw_rate, recording.acceleration, commands, recording.starts,
                                held_out(recording.step)])
-
-
-def reversed_gyro(samples):
-    samples[:, 3] *= -1.0
-    return samples
 
 
 def recorded_loop(recording, model):
@@ -363,8 +327,7 @@ def replay(recording, path, identified, altered=None):
     if recording.has_imu and judged.any() and numpy.sum(difference[taught]**2) > 0.0:
         constant = numpy.sum(difference[taught] * turn[taught]) / numpy.sum(difference[taught]**2)
         ours = turn - numpy.array([loop.usual_yaw_rate(*wheels) for wheels in blocks.wheels])
-        figures['yaw_error'] = float(numpy.sqrt(numpy.mean(ours[judged]**2)))
-        figures['constant_error'] = float(numpy.sqrt(numpy.mean((turn - constant * difference)[judged]**2)))
+        figures.update(yaw_error=metrics.rms(ours[judged]), constant_error=metrics.rms((turn - constant * difference)[judged]))
     return figures
 
 
@@ -383,24 +346,16 @@ def _decimals(value):
     return '-' if value is None else '{:.3f}'.format(value)
 
 
-def _gyro(recording, identified, path):
-    """Column gyro; a reversed gyro has to be detected."""
-    if not recording.gyro_reversed:
-        return 'as the wheels' if recording.has_imu else 'none'
-    found = replay(recording, path, identified, reversed_gyro)['reversed_told']
-    return 'reversed, not found' if found is None else 'reversed, found after {:.0f} s'.format(found)
-
-
 def row(item):
     """A row of the table with its figures."""
     path, identified = item
     recording = read(path)
-    command_path = fit_path(recording)
-    figures = replay(recording, command_path, identified)
+    figures = replay(recording, fit_path(recording), identified)
+    told = figures['reversed_told']
+    gyro = 'none' if not recording.has_imu else 'as the wheels' if told is None else 'reversed, found after {:.0f} s'.format(told)
     cells = (recording.name, 'refused' if figures['refusal'] else figures['model'], '{:.0f}'.format(figures['duration']),
-             str(figures['samples']), _gyro(recording, identified, command_path), str(len(figures['alarms'])),
-             '{:.2f}'.format(100.0 * figures['alarmed']), _decimals(figures['yaw_error']), _decimals(figures['constant_error']),
-             _decimals(ratio(figures)))
+             str(figures['samples']), gyro, str(len(figures['alarms'])), '{:.2f}'.format(100.0 * figures['alarmed']),
+             _decimals(figures['yaw_error']), _decimals(figures['constant_error']), _decimals(ratio(figures)))
     return cells, figures
 
 

@@ -1,5 +1,6 @@
 """Random robots, over all differences between a real robot and its model."""
 
+import itertools
 import typing
 
 import jackal_aic
@@ -21,14 +22,10 @@ REALITY = (('wheel_offset', 0.0, 0.5), ('wheel_breakaway', 0.0, 0.8), ('wheel_ra
 ENCODER_STEPS = (0.0065, 0.06, 0.1)  # rad/s
 
 
-def rounded(value):
-    return float('{:.4g}'.format(value))
-
-
 def reality(seed):
     """A robot on some ground, as overrides of `real`."""
     draw = Draws(seed)
-    robot = {'plant.' + key: rounded(draw.between(low, high)) for key, low, high in REALITY}
+    robot = {'plant.' + key: float('{:.4g}'.format(draw.between(low, high))) for key, low, high in REALITY}
     robot['plant.encoder_step'] = draw.one_of(ENCODER_STEPS)
     robot['plant.seed'] = seed
     return robot
@@ -52,9 +49,7 @@ def assumed_model():
 
 def unidentified():
     """Dead time, lag, gain and acceleration limit in multiples of the assumed ones."""
-    corners = [(dead_time, lag, gain, limit) for dead_time in (0.5, 2.0) for lag in (0.5, 2.0) for gain in (0.8, 1.2)
-               for limit in (0.5, 1.0, 3.0)]
-    return [(1.0, 1.0, 1.0, 1.0)] + corners
+    return [(1.0, 1.0, 1.0, 1.0), *itertools.product((0.5, 2.0), (0.5, 2.0), (0.8, 1.2), (0.5, 1.0, 3.0))]
 
 
 # ---- hours of driving without a fault
@@ -80,25 +75,20 @@ def _ratio(draw, low, high):
 
 
 def _quiet_motion(draw, duration):
-    kind = draw.below(6)
-    if kind == 3:
+    kind = ('turn', 'circle', 'straight', 'arcs', 'joystick', 'stand')[draw.below(6)]
+    if kind == 'arcs':
         points, time = [], motions.REST
         while time < duration:
             points.append((time, *motions.arc(draw)))
             time += draw.between(5.0, 60.0)
-        return 'arcs', motions.Motion(tuple(points), duration)
-    if kind == 4:
-        return 'joystick', motions.Motion(motions.joystick_points(draw, duration), duration)
-    name = {0: 'turn', 1: 'circle', 2: 'straight', 5: 'stand'}[kind]
-    forward, yaw_rate = 0.0, 0.0
-    if name == 'turn':
-        yaw_rate = draw.sign() * 0.1 * 20.0**draw.between(0.0, 1.0)
-    elif name == 'circle':
-        forward, yaw_rate = motions.arc(draw)
-    elif name == 'straight':
-        forward = draw.sign() * 0.1 * 20.0**draw.between(0.0, 1.0)
-    words = '{} {:g} m/s {:g} rad/s'.format(name, forward, yaw_rate)
-    return words, motions.Motion(((motions.REST, forward, yaw_rate),), duration)
+        return kind, motions.Motion(tuple(points), duration)
+    if kind == 'joystick':
+        return kind, motions.Motion(motions.joystick_points(draw, duration), duration)
+    set_point = motions.arc(draw) if kind == 'circle' else (0.0, 0.0)
+    if kind in ('turn', 'straight'):
+        value = draw.sign() * _ratio(draw, 0.1, 2.0)
+        set_point = (value, 0.0) if kind == 'straight' else (0.0, value)
+    return '{} {:g} m/s {:g} rad/s'.format(kind, *set_point), motions.Motion(((motions.REST, *set_point),), duration)
 
 
 def quiet_drive(seed, number, duration, identified=True, real=False):

@@ -14,6 +14,7 @@ import motions
 from state_space import step_response
 
 INTEGRATORS = ('euler', 'exact')
+TRUE_TRACK = 0.547  # m, of the robot that turns in place on the ground
 STRIDE, PRECISION = 2.0**0.25, 0.005  # of the search for a usable range
 LEAST, MOST = 1e-5, 1e3  # of that search
 
@@ -22,10 +23,7 @@ LEAST, MOST = 1e-5, 1e3  # of that search
 
 def table(name):
     """A table as printed (sim/thesis/tables.yaml)."""
-    for found in engine.read_yaml('sim/thesis/tables.yaml')['tables']:
-        if found['table'] == name:
-            return found
-    raise ValueError('sim/thesis/tables.yaml: has no table {}'.format(name))
+    return next(found for found in engine.read_yaml('sim/thesis/tables.yaml')['tables'] if found['table'] == name)
 
 
 def steps(name):
@@ -33,7 +31,7 @@ def steps(name):
     found = table(name)
     for row in found['rows']:
         yield dict(row, table=name, controller=row.get('controller', found.get('controller')),
-                   plant=row.get('support', found.get('support')),
+                   plant=found.get('support', 'box'),
                    overrides={'controller.' + key: value for key, value in row.get('set', {}).items()})
 
 
@@ -79,12 +77,12 @@ def printed(controller, plant, motion, overrides, label=''):
                                 overrides if own else with_integrator(overrides, integrator), True, label)
 
 
-def computed(name, time, set_speed, speed, believed=None, command=0.0):
+def computed(name, time, set_speed, speed, believed=math.nan, command=0.0):
     """A drive straight on that is computed and not simulated."""
     nothing = numpy.zeros_like(time)
     return types.SimpleNamespace(
         controller_name=name, time=time, set_speed=nothing + set_speed, set_yaw_rate=nothing, speed=speed, yaw_rate=nothing,
-        measured_speed=speed, measured_yaw_rate=nothing, believed_speed=believed, believed_yaw_rate=nothing,
+        measured_speed=speed, measured_yaw_rate=nothing, believed_speed=nothing + believed, believed_yaw_rate=nothing,
         command_left=nothing + command, command_right=nothing + command)
 
 
@@ -101,12 +99,13 @@ def state_space(controller, overrides, height, label):
 def listed_steps(node):
     for run in node['runs']:
         label, each = run.get('label', ''), run.get('each', {})
-        for values in itertools.product(*each.values()):
+        listed = [run[key] if isinstance(run[key], list) else [run[key]] for key in ('controller', 'plant', 'step')]
+        for controller, plant, height, *values in itertools.product(*listed, *each.values()):
             overrides = dict(run.get('set', {}), **dict(zip(each, values)))
-            if run['plant'] == 'state_space':
-                yield functools.partial(state_space, run['controller'], overrides, run['step'], label)
+            if plant == 'state_space':
+                yield functools.partial(state_space, controller, overrides, height, label)
             else:
-                yield from printed(run['controller'], run['plant'], motions.step(run['step']), overrides, label)
+                yield from printed(controller, plant, motions.step(height), overrides, label)
 
 
 def squares(node):
@@ -134,43 +133,34 @@ def search_limit(start, bound, usable):
     return bound
 
 
-def usable_on_plant(row, integrator, key, bound):
-    """The step to 0.5 m/s settles; for kappa_a, no later than with the standard one."""
-    overrides, motion = with_integrator(row['overrides'], integrator), motions.step(0.5)
+def usable(row, integrator, on_plant):
+    """The last usable value of a parameter: a step to 0.5 m/s on the plant settles, for kappa_a no later than with the standard one; or
+    the belief update alone converges."""
+    overrides, motion, key = with_integrator(row['overrides'], integrator), motions.step(0.5), 'controller.' + row['parameter']
+    start = engine.settings(row['plant'], row['controller'], overrides)['controller'][row['parameter']]
 
     def respond(value):
         return engine.result(row['plant'], row['controller'], motion, dict(overrides, **{key: value}), True)[0]
 
-    start = engine.settings(row['plant'], row['controller'], overrides)['controller'][row['parameter']]
     longest = (respond(start)['settling_s'] or 0.0) if row['parameter'] == 'kappa_a' else motions.STEP_TIME
 
-    def usable(value):
+    def is_usable(value):
+        if not on_plant:
+            return belief_converges(row['controller'], dict(overrides, **{key: value}))
         found = respond(value)
         return bool(found['bounded'] and found['settling_s'] is not None and found['settling_s'] <= longest)
 
-    return respond(search_limit(start, bound, usable)), None
-
-
-def usable_belief(row, integrator, key, bound):
-    """The belief update alone converges."""
-    overrides = with_integrator(row['overrides'], integrator)
-
-    def usable(value):
-        return belief_converges(row['controller'], dict(overrides, **{key: value}))
-
-    start = engine.settings('box', row['controller'], overrides)['controller'][row['parameter']]
-    limit = search_limit(start, bound, usable)
+    limit = search_limit(start, LEAST if row['limit'] == 'minimum' else MOST, is_usable)
+    if on_plant:
+        return respond(limit), None
     values = engine.settings('box', row['controller'], dict(overrides, **{key: limit}))
     return {'controller': row['controller'], 'bounded': True, **engine.described(values)}, None
 
 
 def usable_ranges(node):
-    for row in steps(node['table']):
-        key, bound = 'controller.' + row['parameter'], LEAST if row['limit'] == 'minimum' else MOST
-        for integrator in INTEGRATORS:
-            yield functools.partial(usable_on_plant, row, integrator, key, bound)
-            if row['parameter'] != 'kappa_a':
-                yield functools.partial(usable_belief, row, integrator, key, bound)
+    for row, integrator in itertools.product(steps(node['table']), INTEGRATORS):
+        for on_plant in (True, False) if row['parameter'] != 'kappa_a' else (True,):
+            yield functools.partial(usable, row, integrator, on_plant)
 
 
 # ---- beyond the thesis
@@ -195,15 +185,12 @@ def plant_limit(plant, motion, label):
     return row, drive
 
 
-def loop(controller, plant, motion, overrides=None, label=''):
-    if controller == 'plant_limit':
-        return functools.partial(plant_limit, plant, motion, label)
-    return functools.partial(engine.result, plant, controller, motion, overrides, False, label, True)
-
-
-def loops(node, case=None):
-    """(controller, plant) of a scenario or of one of its cases, plant by plant."""
-    return [(controller, plant) for plant in (case or {}).get('plants', node['plants']) for controller in node['controllers']]
+def kalman_filter(plant, motion, label):
+    """The same drive by `predictive`, with the estimate of a Kalman filter instead of the belief."""
+    row, drive = engine.result(plant, 'predictive', motion, label=label)
+    drive.sampled = numpy.isin(drive.time, engine.drive(plant, 'predictive', motion, samples_only=True).time)
+    drive.believed_speed, drive.believed_yaw_rate = kalman.filtered(drive, engine.settings(plant, 'predictive'), TRUE_TRACK)
+    return dict(row, controller='kalman_filter', **metrics.errors(drive, motion)), drive
 
 
 def comparison(node):
@@ -211,30 +198,18 @@ def comparison(node):
         unknown = set(case) - {'label', 'profile', 'set', 'set_for', 'plants'}
         if unknown:
             raise ValueError("case: unknown key '{}'".format(sorted(unknown)[0]))
-        motion = motions.read(case.get('profile', node.get('profile')))
-        for controller, plant in loops(node, case):
-            overrides = dict(case.get('set', {}), **case.get('set_for', {}).get(controller, {}))
-            yield loop(controller, plant, motion, overrides, case.get('label', ''))
+        motion, label = motions.read(case.get('profile', node.get('profile'))), case.get('label', '')
+        for plant, controller in itertools.product(case.get('plants', node['plants']), node['controllers']):
+            overrides = {**node.get('set', {}), **case.get('set', {}), **case.get('set_for', {}).get(controller, {})}
+            if controller in COMPUTED:
+                yield functools.partial(COMPUTED[controller], plant, motion, label)
+            else:
+                yield functools.partial(engine.result, plant, controller, motion, overrides, False, label, True)
 
 
-def kalman_filter(plant, motion, track):
-    """The same drive by `predictive`, with the estimate of a Kalman filter instead of the belief."""
-    row, drive = engine.result(plant, 'predictive', motion)
-    drive.sampled = numpy.isin(drive.time, engine.drive(plant, 'predictive', motion, samples_only=True).time)
-    drive.believed_speed, drive.believed_yaw_rate = kalman.filtered(drive, engine.settings(plant, 'predictive'), track)
-    return dict(row, controller='kalman_filter', **metrics.errors(drive, motion)), drive
-
-
-def belief_accuracy(node):
-    motion = motions.read(node['profile'])
-    for controller, plant in loops(node):
-        yield loop(controller, plant, motion)
-        if controller == 'predictive':
-            yield functools.partial(kalman_filter, plant, motion, node['kalman_filter_track'])
-
-
+COMPUTED = {'plant_limit': plant_limit, 'kalman_filter': kalman_filter}
 KINDS = {'thesis_steps': thesis_steps, 'steps': listed_steps, 'squares': squares, 'usable_range': usable_ranges,
-         'comparison': comparison, 'belief_accuracy': belief_accuracy}
+         'comparison': comparison}
 
 
 # ---- experiments

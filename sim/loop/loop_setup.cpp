@@ -21,17 +21,17 @@ bool isFile(const std::string& name) {
   return path.extension() == ".yaml" || path.extension() == ".yml";
 }
 
-void addController(const PackageFiles& files, const std::string& name, ParameterMap& map) {
+void addController(const std::string& name, ParameterMap& map) {
   if (isFile(name)) {
     addYamlFile(name, map);
     return;
   }
-  requireKnown("controller", name, controllerNames());
-  map.add(files.configuration(name));
+  requireKnown("controller", name, {kDifferentialDrive, "standard", "improved", "tuned", "predictive"});
+  map.add(configuration(name));
 }
 
 /// @return the simulated robot of a plant's file, before overrides.
-PlantParameters addPlant(const PackageFiles& files, const std::string& name, ParameterMap& map) {
+PlantParameters addPlant(const std::string& name, ParameterMap& map) {
   if (isFile(name)) {
     ParameterMap file;
     addYamlFile(name, file);
@@ -41,8 +41,8 @@ PlantParameters addPlant(const PackageFiles& files, const std::string& name, Par
     map.add(file);
     return readSimulatedRobot(file);
   }
-  requireKnown("plant", name, plantNames());
-  map.add(files.configuration(name == "ground" ? "plant" : "plant_" + name));
+  requireKnown("plant", name, {"box", "ground", "real"});
+  map.add(configuration(name == "ground" ? "plant" : "plant_" + name));
   return {};
 }
 
@@ -98,25 +98,7 @@ void refuseUnheeded(const ParameterMap& file, const Overrides& overrides) {
   }
 }
 
-std::unique_ptr<VelocityController> controllerOf(const LoopSetup& setup) {
-  return setup.structure ? setup.structure() : makeController(setup.drive, Divergence::allowed);
-}
-
-void apply(const Overrides& overrides, ParameterMap& map) {
-  for (const auto& [key, value] : overrides) setFromText(key, value, map);
-}
-
 }  // namespace
-
-const std::vector<std::string>& controllerNames() {
-  static const std::vector<std::string> names{kDifferentialDrive, "standard", "improved", "tuned", "predictive"};
-  return names;
-}
-
-const std::vector<std::string>& plantNames() {
-  static const std::vector<std::string> names{"box", "ground", "real"};
-  return names;
-}
 
 void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names) {
   if (contains(names, name)) return;
@@ -125,14 +107,13 @@ void requireKnown(const char* what, const std::string& name, const std::vector<s
   throw ParameterError(std::string(what) + " = " + quoted(name) + ": unknown; known: " + list + "or a file NAME.yaml");
 }
 
-LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
-                    const Overrides& overrides) {
+LoopSetup loadSetup(const std::string& controller, const std::string& plant, const Overrides& overrides) {
   ParameterMap map;
-  addController(files, controller, map);
-  const PlantParameters robot = addPlant(files, plant, map);
+  addController(controller, map);
+  const PlantParameters robot = addPlant(plant, map);
   ParameterMap nominal = map;
   refuseUnheeded(map, overrides);
-  apply(overrides, map);
+  for (const auto& [key, value] : overrides) setFromText(key, value, map);
 
   LoopSetup setup;
   setup.plant = readParameters<PlantParameters>(map, "plant", robot);
@@ -151,26 +132,27 @@ LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, co
     drive.plant_model = node.plant_model;
   }
   map.refuseUnknown();
-  setup.urdf = files.urdf();
+  setup.urdf = robotUrdf();
   return setup;
 }
 
-DriveLoop makeLoop(const LoopSetup& setup) { return DriveLoop(setup.drive, controllerOf(setup)); }
-
-PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name) {
-  PlantModel model = linearModel(loadSetup(files, kDifferentialDrive, plant_name, {}).plant);
+PlantModel monitorModel(const std::string& plant_name) {
+  PlantModel model = linearModel(loadSetup(kDifferentialDrive, plant_name, {}).plant);
   model.offset = 0.0;  // as in loadSetup()
-  ParameterMap map = files.configuration("plant_model");
+  ParameterMap map = configuration("plant_model");
   if (!model.on_box) model.effective_track = readPlantModel(map).effective_track;
   return model;
 }
 
-DriveLoop monitoredLoop(LoopSetup setup, const PlantModel& model) {
-  auto controller = controllerOf(setup);
-  setup.drive.faults = FaultParameters{};
-  setup.drive.plant_model = model;
-  setup.drive.open_loop_monitored = true;
-  return DriveLoop(setup.drive, std::move(controller));
+DriveLoop makeLoop(const LoopSetup& setup, std::unique_ptr<VelocityController> controller) {
+  if (!controller) controller = makeController(setup.drive, Divergence::allowed);
+  DriveParameters drive = setup.drive;
+  if (setup.monitor) {
+    drive.faults = FaultParameters{};
+    drive.plant_model = setup.monitor;
+    drive.open_loop_monitored = true;
+  }
+  return DriveLoop(drive, std::move(controller));
 }
 
 }  // namespace jackal_aic::sim

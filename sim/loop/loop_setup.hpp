@@ -3,8 +3,8 @@
 /// @file
 /// Parameters of one closed loop, from names and overrides.
 
-#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,44 +34,32 @@ void describeFields(Visitor& v, LoopParameters& p) {
 
 /// Parameters of one closed loop.
 struct LoopSetup {
-  DriveParameters drive;  ///< settings of the drive loop
-  PlantParameters plant;  ///< settings of the plant
-  LoopParameters loop;    ///< timing of both
-  std::string urdf;       ///< text of the robot's URDF
-  /// Makes a controller other than that of `drive`; else empty.
-  std::function<std::unique_ptr<VelocityController>()> structure = {};
+  DriveParameters drive;              ///< settings of the drive loop
+  PlantParameters plant;              ///< settings of the plant
+  LoopParameters loop;                ///< timing of both
+  std::string urdf;                   ///< text of the robot's URDF
+  std::optional<PlantModel> monitor;  ///< model of a fault detection, which may differ from the controller's; else none
 };
-
-/// Names of controllers that loadSetup() takes; it also takes a file.
-const std::vector<std::string>& controllerNames();
-
-/// Names of plants that loadSetup() takes; it also takes a file.
-const std::vector<std::string>& plantNames();
 
 /// Requires a known name. @param what kind of name, for the message, which also mentions a file.
 /// @throws ParameterError with the names, if it is not.
 void requireKnown(const char* what, const std::string& name, const std::vector<std::string>& names);
 
 /// Reads the parameters of a loop.
-/// @param controller a preset (config/NAME.yaml) or a YAML file with the keys of a preset; a file with
-/// the key
-///        diff_drive is the differential drive.
+/// @param controller a preset (config/NAME.yaml) or a YAML file with the keys of a preset; a file with the key
+/// diff_drive is the differential drive.
 /// @param plant "box", "ground" (the calibrated plants of config/), "real" (config/plant_real.yaml) or a YAML file with
 /// the key plant. The controller's model of the drive train is that of the plant's file, without overrides of the plant
 /// and, for a named plant, without its offset. Keys plant_model.* change the model.
 /// @throws ParameterError for an unknown name (with the list of names), key, type or value.
-LoopSetup loadSetup(const PackageFiles& files, const std::string& controller, const std::string& plant,
-                    const Overrides& overrides);
-
-/// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
-/// @throws ParameterError if its parameters contradict each other.
-DriveLoop makeLoop(const LoopSetup& setup);
+LoopSetup loadSetup(const std::string& controller, const std::string& plant, const Overrides& overrides);
 
 /// The model that a monitor of a plant uses: the drive train of the plant's file without offset and overrides, and the
 /// effective track of config/plant_model.yaml.
-PlantModel monitorModel(const PackageFiles& files, const std::string& plant_name);
+PlantModel monitorModel(const std::string& plant_name);
 
-/// The drive loop of a setup with the fault monitor, whose model may differ from the controller's.
-DriveLoop monitoredLoop(LoopSetup setup, const PlantModel& model);
+/// The drive loop of a setup. A belief update that diverges is run as it is, because the thesis shows such cases.
+/// @param controller one in place of that of the setup. @throws ParameterError if parameters contradict each other.
+DriveLoop makeLoop(const LoopSetup& setup, std::unique_ptr<VelocityController> controller = nullptr);
 
 }  // namespace jackal_aic::sim

@@ -1,38 +1,22 @@
 #pragma once
 
 /// @file
-/// The data files of the package (config, sim/urdf, sim/thesis, ...), without ROS.
+/// The data files of the package (config, sim/urdf, sim/thesis, ...), without ROS: those of share/jackal_aic in this
+/// library's install space, else those of the source directory of the build.
 
-#include <filesystem>
-#include <map>
 #include <string>
 
 #include "jackal_aic/config/parameter_map.hpp"
 
 namespace jackal_aic::sim {
 
-/// The share directory of the package, its source directory or its installed copy, and the files of the closed loops,
-/// each read once.
-class PackageFiles {
- public:
-  /// Takes share/jackal_aic of this library's install space, else the source directory of the build.
-  /// @throws ParameterError if a file is missing or cannot be read.
-  PackageFiles();
+/// Path of a file of the package, e.g. "config/standard.yaml". @throws ParameterError if it does not exist.
+std::string packageFile(const std::string& relative);
 
-  /// Keys of a preset, plant or plant model of config/, by the name of its file without ".yaml": "standard", "plant",
-  /// "plant_box", "plant_model", "jackal_model". @throws ParameterError without such a configuration.
-  const ParameterMap& configuration(const std::string& name) const;
+/// Keys of config/NAME.yaml, read once. @throws ParameterError if the file is missing or cannot be read.
+const ParameterMap& configuration(const std::string& name);
 
-  /// Text of the robot's URDF (sim/urdf/jackal.urdf).
-  const std::string& urdf() const { return urdf_; }
-
-  /// Path of a file of the package, e.g. "config/standard.yaml". @throws ParameterError if it does not exist.
-  std::string path(const std::string& relative) const;
-
- private:
-  std::filesystem::path share_;
-  std::map<std::string, ParameterMap> configurations_;
-  std::string urdf_;
-};
+/// Text of the robot's URDF (sim/urdf/jackal.urdf), read once. @throws ParameterError as configuration().
+const std::string& robotUrdf();
 
 }  // namespace jackal_aic::sim

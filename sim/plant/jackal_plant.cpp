@@ -27,11 +27,9 @@ RigidBody loaded(const RigidBody& chassis, const PlantParameters& p) {
 /// The robot of the URDF with the load and tyres of the parameters.
 RobotModel changed(RobotModel model, const PlantParameters& p) {
   model.chassis = loaded(model.chassis, p);
-  for (const Wheel left : {kFrontLeft, kRearLeft}) {
-    if (p.wheel_radius_left > 0.0) model.wheels[left].radius = p.wheel_radius_left;
-  }
-  for (const Wheel right : {kFrontRight, kRearRight}) {
-    if (p.wheel_radius_right > 0.0) model.wheels[right].radius = p.wheel_radius_right;
+  for (const Wheel wheel : {kFrontLeft, kFrontRight, kRearLeft, kRearRight}) {
+    const double radius = wheel == kFrontLeft || wheel == kRearLeft ? p.wheel_radius_left : p.wheel_radius_right;
+    if (radius > 0.0) model.wheels[wheel].radius = radius;
   }
   return model;
 }
@@ -60,7 +58,7 @@ struct JackalPlant::Implementation {
         delay(p.dead_time, kStep),
         left(p, model.wheels[kFrontLeft].radius, kStep),
         right(p, model.wheels[kFrontRight].radius, kStep),
-        encoder_filter(p.encoder_filter, kStep),
+        encoder_lag(p.encoder_filter > 0.0 ? std::exp(-kStep / p.encoder_filter) : 0.0),
         sampling(p.sensor_rate),
         imu_sampling(p.imu_rate),
         feedback_sampling(p.feedback_rate),
@@ -76,7 +74,7 @@ struct JackalPlant::Implementation {
     supply = voltage();
     drive(left, left_blocked, truth.acting_command.left, kFrontLeft, kRearLeft);
     drive(right, right_blocked, truth.acting_command.right, kFrontRight, kRearRight);
-    world.step(kStep);
+    world.step();
     ++steps;
     for (std::size_t i = 0; i < kWheelJoints.size(); ++i) truth.wheel_position[i] += kStep * world.wheelSpeed(i);
     observe();
@@ -104,7 +102,11 @@ struct JackalPlant::Implementation {
     const ChassisState chassis = world.chassis();
     updateTruth(chassis);
     PlantTruth seen = truth;
-    seen.wheel_velocity = encoder_filter.update(truth.wheel_velocity);
+    // A low-pass, exact for constant speeds: dw_f/dt = (w - w_f) / T.
+    for (std::size_t i = 0; i < filtered.size(); ++i) {
+      seen.wheel_velocity[i] = filtered[i] =
+          seen.wheel_velocity[i] + encoder_lag * (filtered[i] - seen.wheel_velocity[i]);
+    }
     force_sum += specificForce(chassis);
     ++force_count;
     const bool own_feedback = parameters.feedback_rate > 0.0, own_imu = parameters.imu_rate > 0.0;
@@ -201,7 +203,8 @@ struct JackalPlant::Implementation {
   CommandDelay delay;
   MotorLoop left;
   MotorLoop right;
-  EncoderFilter encoder_filter;
+  double encoder_lag;                // exp(-step/T): part of the difference that a step leaves
+  std::array<double, 4> filtered{};  // wheel speeds as the encoders see them [rad/s]
   Periodic sampling;
   Periodic imu_sampling;
   Periodic feedback_sampling;

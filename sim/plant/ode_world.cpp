@@ -18,14 +18,10 @@ namespace {
 constexpr double kContactStiffness = 2.0e5;  // N/m
 constexpr double kContactDamping = 2.0e3;    // N s/m
 
-/// That spring in a step [s], as ODE takes it.
-struct Spring {
-  explicit Spring(double step)
-      : correction(step * kContactStiffness / (step * kContactStiffness + kContactDamping)),
-        softness(1.0 / (step * kContactStiffness + kContactDamping)) {}
-
-  double correction, softness;
-};
+/// That spring in a step, as ODE takes it.
+constexpr double kStep = JackalPlant::kStep;
+constexpr double kCorrection = kStep * kContactStiffness / (kStep * kContactStiffness + kContactDamping);
+constexpr double kSoftness = 1.0 / (kStep * kContactStiffness + kContactDamping);
 
 /// Motion of a lift: upwards to a height, with a turn.
 constexpr double kLiftSpeed = 0.3;   // m/s
@@ -124,14 +120,10 @@ OdeWorld::OdeWorld(const RobotModel& model, const PlantParameters& parameters)
   dWorldSetStepThreadingImplementation(world_.get(), dThreadingImplementationGetFunctions(threading_.get()),
                                        threading_.get());
   dWorldSetGravity(world_.get(), gravity_.x(), gravity_.y(), gravity_.z());
-  createChassis(model);
-  for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);
-  setInEquilibrium(model);
-}
-
-void OdeWorld::createChassis(const RobotModel& model) {
   chassis_ = createBody(world_.get(), model.chassis);
   if (fixed_chassis_) dBodySetKinematic(chassis_);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) createWheel(model, i);
+  setInEquilibrium(model);
 }
 
 void OdeWorld::createWheel(const RobotModel& model, std::size_t index) {
@@ -175,10 +167,6 @@ void OdeWorld::setInEquilibrium(const RobotModel& model) {
   }
 }
 
-void OdeWorld::setWheelReference(std::size_t wheel, double speed) {
-  dJointSetHingeParam(hinges_[wheel], dParamVel, speed);
-}
-
 void OdeWorld::lift(bool lifted) {
   if (fixed_chassis_ || lifted == lifted_) return;
   if (!carried_) height_on_ground_ = dBodyGetPosition(chassis_)[2];
@@ -202,32 +190,32 @@ void OdeWorld::carry() {
   dBodySetAngularVel(chassis_, 0.0, 0.0, lifted_ ? kLiftTurn : 0.0);
 }
 
-void OdeWorld::step(double step) {
+void OdeWorld::step() {
   initialiseOde();
   if (carried_) carry();
   const Eigen::Vector3d velocity = vectorOf(dBodyGetLinearVel(chassis_));
   const Eigen::Vector3d angular_velocity = vectorOf(dBodyGetAngularVel(chassis_));
   for (std::size_t i = 0; i < wheels_.size() && !fixed_chassis_; ++i) touch(i);
-  solve(step);
+  solve();
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     updateContact(i, contacts_[i]);
     updateContact(i, kerb_contacts_[i]);
     speed_[i] = dJointGetHingeAngleRate(hinges_[i]);
   }
-  acceleration_ = (vectorOf(dBodyGetLinearVel(chassis_)) - velocity) / step;
-  angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / step;
+  acceleration_ = (vectorOf(dBodyGetLinearVel(chassis_)) - velocity) / kStep;
+  angular_acceleration_ = (vectorOf(dBodyGetAngularVel(chassis_)) - angular_velocity) / kStep;
 }
 
 /// Lets ODE move the bodies, and reads the forces.
-void OdeWorld::solve(double step) {
+void OdeWorld::solve() {
   dBodyAddRelForce(chassis_, push_force_.x(), push_force_.y(), push_force_.z());
   dBodyAddRelTorque(chassis_, 0.0, 0.0, push_torque_);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    createContact(i, contacts_[i], step);
-    createContact(i, kerb_contacts_[i], step);
+    createContact(i, contacts_[i]);
+    createContact(i, kerb_contacts_[i]);
   }
   left_out = false;
-  dWorldStep(world_.get(), step);
+  dWorldStep(world_.get(), kStep);
   if (left_out) reportUnsolved();
   dJointGroupEmpty(contact_group_.get());
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
@@ -277,13 +265,12 @@ void OdeWorld::touch(std::size_t index) {
   }
 }
 
-void OdeWorld::createContact(std::size_t index, Contact& last, double step) {
+void OdeWorld::createContact(std::size_t index, Contact& last) {
   if (!last.touching) return;
   dContact contact{};
   contact.surface.mode = dContactFDir1 | dContactSoftERP | dContactSoftCFM;
-  const Spring spring(step);
-  contact.surface.soft_erp = spring.correction;
-  contact.surface.soft_cfm = spring.softness;
+  contact.surface.soft_erp = kCorrection;
+  contact.surface.soft_cfm = kSoftness;
   contact.surface.mu = last.limit;
   if (last.slip > 0.0) {
     contact.surface.mode |= dContactSlip1 | dContactSlip2;
@@ -322,9 +309,5 @@ ChassisState OdeWorld::chassis() const {
   return {vectorOf(dBodyGetPosition(chassis_)),   orientationOf(chassis_), vectorOf(dBodyGetLinearVel(chassis_)),
           vectorOf(dBodyGetAngularVel(chassis_)), acceleration_,           angular_acceleration_};
 }
-
-double OdeWorld::wheelSpeed(std::size_t wheel) const { return speed_[wheel]; }
-
-double OdeWorld::wheelTorque(std::size_t wheel) const { return torque_[wheel]; }
 
 }  // namespace jackal_aic::sim

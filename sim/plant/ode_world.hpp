@@ -38,7 +38,7 @@ class OdeWorld {
   OdeWorld(const RobotModel& model, const PlantParameters& parameters);
 
   /// Sets the speed of a wheel's motor in the next step, if its torque suffices [rad/s].
-  void setWheelReference(std::size_t wheel, double speed);
+  void setWheelReference(std::size_t wheel, double speed) { dJointSetHingeParam(hinges_[wheel], dParamVel, speed); }
 
   /// Changes the friction coefficient.
   void setFriction(double friction) { friction_ = friction; }
@@ -53,25 +53,21 @@ class OdeWorld {
   /// Lifts the robot and turns it meanwhile, or sets it down again. Not on a box.
   void lift(bool lifted);
 
-  /// Advances by a time step [s].
-  void step(double step);
+  /// Advances by JackalPlant::kStep.
+  void step();
 
-  ChassisState chassis() const;                                ///< motion of the chassis after the last step
-  double wheelSpeed(std::size_t wheel) const;                  ///< of a wheel relative to the chassis [rad/s]
-  double wheelTorque(std::size_t wheel) const;                 ///< of a wheel's motor in the last step [N m]
-  const Eigen::Vector3d& gravity() const { return gravity_; }  ///< in the ground frame [m/s^2]
+  ChassisState chassis() const;                                           ///< motion of the chassis after the step
+  double wheelSpeed(std::size_t wheel) const { return speed_[wheel]; }    ///< relative to the chassis [rad/s]
+  double wheelTorque(std::size_t wheel) const { return torque_[wheel]; }  ///< of its motor in the last step [N m]
+  const Eigen::Vector3d& gravity() const { return gravity_; }             ///< in the ground frame [m/s^2]
 
  private:
-  struct DestroyWorld {
+  struct Destroy {
     void operator()(dWorldID world) const { dWorldDestroy(world); }
-  };
-  struct FreeThreading {
     void operator()(dThreadingImplementationID threading) const { dThreadingFreeImplementation(threading); }
-  };
-  struct DestroyGroup {
     void operator()(dJointGroupID group) const { dJointGroupDestroy(group); }
   };
-  template <class Id, class Destroy>
+  template <class Id>
   using Handle = std::unique_ptr<std::remove_pointer_t<Id>, Destroy>;
 
   /// Contact of one wheel in the last step, from which the friction of the next one is linearised.
@@ -90,12 +86,11 @@ class OdeWorld {
     dJointFeedback feedback{};  ///< f1: force on the wheel [N]
   };
 
-  void createChassis(const RobotModel& model);
   void createWheel(const RobotModel& model, std::size_t index);
   void setInEquilibrium(const RobotModel& model);
   void carry();
-  void solve(double step);
-  void createContact(std::size_t index, Contact& contact, double step);
+  void solve();
+  void createContact(std::size_t index, Contact& contact);
   void touch(std::size_t index);
   void touch(std::size_t index, Contact& contact, const TouchPoint& touch) const;
   void updateContact(std::size_t index, Contact& contact);
@@ -106,9 +101,9 @@ class OdeWorld {
   double torque_limit_;
   double stiffness_;
   bool fixed_chassis_;
-  Handle<dThreadingImplementationID, FreeThreading> threading_;  ///< the world's own: ODE's default one is shared
-  Handle<dWorldID, DestroyWorld> world_;
-  Handle<dJointGroupID, DestroyGroup> contact_group_;
+  Handle<dThreadingImplementationID> threading_;  ///< the world's own: ODE's default one is shared
+  Handle<dWorldID> world_;
+  Handle<dJointGroupID> contact_group_;
   dBodyID chassis_ = nullptr;
   Eigen::Vector3d push_force_ = Eigen::Vector3d::Zero();
   double push_torque_ = 0.0;

@@ -23,24 +23,21 @@ inline PlantModel linearModel(const PlantParameters& plant) {
   return model;
 }
 
-/// The simulated robot with the drive train of a plant model. @param others parameters outside the model.
-inline PlantParameters simulatedRobot(const PlantModel& model, PlantParameters others = {}) {
-  others.dead_time = model.dead_time;
-  others.motor_lag = model.lag;
-  others.wheel_gain = model.gain;
-  others.wheel_offset = model.offset / model.gain;
-  others.velocity_loop_integral = model.velocity_loop_integral;
-  others.acceleration_limit = model.acceleration_limit;
-  others.support = model.on_box ? Support::box : Support::ground;
-  others.sensor_rate = model.sensor_rate;
-  return others;
-}
-
 /// The simulated robot of keys: plant.*, else plant_model.*, as `identify` writes them.
 /// @throws ParameterError.
 inline PlantParameters readSimulatedRobot(ParameterMap& map) {
   PlantParameters robot;
-  if (map.hasSection("plant_model")) robot = simulatedRobot(readPlantModel(map));
+  if (map.hasSection("plant_model")) {
+    const PlantModel model = readPlantModel(map);
+    robot.dead_time = model.dead_time;
+    robot.motor_lag = model.lag;
+    robot.wheel_gain = model.gain;
+    robot.wheel_offset = model.offset / model.gain;
+    robot.velocity_loop_integral = model.velocity_loop_integral;
+    robot.acceleration_limit = model.acceleration_limit;
+    robot.support = model.on_box ? Support::box : Support::ground;
+    robot.sensor_rate = model.sensor_rate;
+  }
   return readParameters<PlantParameters>(map, "plant", robot);
 }
 

@@ -26,6 +26,7 @@ constexpr std::uint32_t kClockQueueSize = 1000;
 constexpr double kFirstPatience = 0.25;  // wall time for the command after the first [s]
 constexpr double kLatestTime = 0.5;      // s: an older or future stamp is of another clock
 constexpr double kLongestEnd = 2.0;  // wall time from the request to the end, if the commands do not become zero [s]
+constexpr double kLongestCatchUp = 0.1;  // wall time [s]: after a longer stall no controller could follow
 constexpr double kLongestPause = 0.005;  // s: after a message of the clock, if the next is not due before
 constexpr int kResponsesInTime = 5;      // responses in time minus the others, from which on they are awaited
 
@@ -38,7 +39,6 @@ PlantNode::PlantNode(ros::NodeHandle node, ros::NodeHandle private_node, const s
       plant_parameters_(plant_parameters),
       parameters_(parameters),
       plant_(urdf_xml, plant_parameters),
-      pacer_(parameters.real_time_factor),
       clock_schedule_(parameters.clock_rate),
       truth_schedule_(kTruthRate),
       transform_schedule_(kTransformRate),
@@ -94,13 +94,12 @@ bool PlantNode::goesOn() {
 void PlantNode::run(const std::function<bool()>& end_requested) {
   end_requested_ = end_requested;
   if (!parameters_.publish_clock) return runByClock();
-  pacer_.restart(plant_.time());
+  restartPace();
   publish();
   while (goesOn()) {
     // Between two messages of the clock no node receives the time of a step. So the steps run when the next message is
     // due, and their effects are in time.
-    if (told_time_ == plant_.time())
-      pacer_.waitFor(plant_.time() + std::min(kLongestPause, 1.0 / parameters_.clock_rate));
+    if (told_time_ == plant_.time()) keepPace(plant_.time() + std::min(kLongestPause, 1.0 / parameters_.clock_rate));
     ros::getGlobalCallbackQueue()->callAvailable();
     step();
   }
@@ -111,6 +110,21 @@ void PlantNode::step() {
   stopIfSilent();
   plant_.step();
   publish();
+}
+
+/// Lets the time of the plant go on from now on the wall.
+void PlantNode::restartPace() {
+  if (parameters_.real_time_factor <= 0.0) return;
+  wall_zero_ = ros::WallTime::now() - ros::WallDuration(plant_.time() / parameters_.real_time_factor);
+}
+
+/// Sleeps until a time of the plant [s] is due on the wall. After a long stall it goes on from here.
+void PlantNode::keepPace(double time) {
+  if (parameters_.real_time_factor <= 0.0) return;
+  const ros::WallTime due = wall_zero_ + ros::WallDuration(time / parameters_.real_time_factor);
+  const ros::WallDuration late = ros::WallTime::now() - due;
+  if (late.toSec() > kLongestCatchUp) wall_zero_ += late;
+  if (late.toSec() < 0.0) ros::WallTime::sleepUntil(due);
 }
 
 void PlantNode::runByClock() {
@@ -176,7 +190,7 @@ bool PlantNode::waitWhile(const std::function<bool()>& behind, const std::functi
     came = is_there() && now < end;
     if (came) ros::getGlobalCallbackQueue()->callOne(std::min(end - now, ros::WallDuration(0.05)));
   }
-  pacer_.restart(plant_.time());
+  restartPace();
   return came;
 }
 
@@ -274,7 +288,7 @@ void PlantNode::onPush(const geometry_msgs::Wrench& push) {
 }
 
 void PlantNode::restart() {
-  pacer_.restart(plant_.time());
+  restartPace();
   clock_schedule_ = Periodic(parameters_.clock_rate);
   truth_schedule_ = Periodic(kTruthRate);
   transform_schedule_ = Periodic(kTransformRate);

@@ -23,7 +23,6 @@
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_plant.hpp"
 #include "periodic.hpp"
-#include "wall_pacer.hpp"
 
 namespace jackal_aic::sim {
 
@@ -97,6 +96,8 @@ class PlantNode {
   void runByClock();
   bool goesOn();
   void step();
+  void restartPace();
+  void keepPace(double time);
   void shift(std_msgs::Header& header) const;
   void advertise(ros::NodeHandle& node);
   void subscribe(ros::NodeHandle& node);
@@ -131,7 +132,6 @@ class PlantNode {
   PlantParameters plant_parameters_;
   PlantNodeParameters parameters_;
   JackalPlant plant_;
-  WallPacer pacer_;
   Periodic clock_schedule_;
   Periodic truth_schedule_;
   Periodic transform_schedule_;
@@ -149,6 +149,7 @@ class PlantNode {
   bool imu_pulled_ = false;
   std::uint64_t ignored_commands_ = 0;
   double told_time_ = -1.0;  // by /clock, last [s]
+  ros::WallTime wall_zero_;  // at which the time of the plant would have been zero
   std::function<bool()> end_requested_;
   std::optional<ros::WallTime> end_;  // of the simulation, at the latest, once its end is requested
 

@@ -69,19 +69,15 @@ ImuMeasurement SensorModel::imu(const PlantTruth& truth, const SensorInput& inpu
   const PlantParameters& p = parameters_;
   if (p.vibration_x > 0.0 || p.vibration_y > 0.0 || p.vibration_z > 0.0 || p.vibration_gyro > 0.0) {
     const ColouredNoise::Values& shaking = vibration_.at(truth.time);
-    const double scale = p.noise_scale * rollingSpeed(truth);
+    const double rolling = std::max(wheel_radius_[0] * std::abs(truth.wheel_velocity[kFrontLeft]),
+                                    wheel_radius_[1] * std::abs(truth.wheel_velocity[kFrontRight]));  // m/s
+    const double scale = p.noise_scale * rolling;
     const Eigen::Vector3d deviation(p.vibration_x, p.vibration_y, p.vibration_z);
     sample.linear_acceleration += scale * deviation.cwiseProduct(shaking.head<3>());
     sample.angular_velocity += scale * p.vibration_gyro * shaking.tail<3>();
   }
   if (p.gyro_bias > 0.0) sample.angular_velocity += p.noise_scale * p.gyro_bias * bias_.at(truth.time).head<3>();
   return sample;
-}
-
-/// Speed of the wheels' circumference on the faster side [m/s].
-double SensorModel::rollingSpeed(const PlantTruth& truth) const {
-  return std::max(wheel_radius_[0] * std::abs(truth.wheel_velocity[kFrontLeft]),
-                  wheel_radius_[1] * std::abs(truth.wheel_velocity[kFrontRight]));
 }
 
 bool SensorModel::repeatsFeedback() {
@@ -111,16 +107,6 @@ Eigen::Vector3d SensorModel::noiseVector(double deviation) {
   Eigen::Vector3d vector;
   for (int i = 0; i < 3; ++i) vector[i] = noise(deviation);  // Eigen 3.3 has no begin()
   return vector;
-}
-
-EncoderFilter::EncoderFilter(double time_constant, double step)
-    : kept_(time_constant > 0.0 ? std::exp(-step / time_constant) : 0.0) {}
-
-const std::array<double, 4>& EncoderFilter::update(const std::array<double, 4>& wheel_velocity) {
-  for (std::size_t i = 0; i < filtered_.size(); ++i) {
-    filtered_[i] = wheel_velocity[i] + kept_ * (filtered_[i] - wheel_velocity[i]);
-  }
-  return filtered_;
 }
 
 }  // namespace jackal_aic::sim

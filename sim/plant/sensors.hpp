@@ -59,7 +59,7 @@ class SensorModel {
   /// @param parameters noise, resolution and seed; @param wheel_radius of the left and right wheels [m].
   explicit SensorModel(const PlantParameters& parameters, const std::array<double, 2>& wheel_radius = {0.098, 0.098});
 
-  /// The wheels' part of a sample, with fresh noise. @param truth with the wheel speeds behind the EncoderFilter.
+  /// The wheels' part of a sample, with fresh noise. @param truth with the wheel speeds behind the encoders' low-pass.
   WheelFeedback wheels(const PlantTruth& truth, const SensorInput& input);
 
   /// The IMU's part of a sample, which is drawn after the wheels'.
@@ -90,7 +90,6 @@ class SensorModel {
 
   Way& wayOf(SampleMessage message) { return message == SampleMessage::imu ? imu_way_ : way_; }
   double noise(double deviation);
-  double rollingSpeed(const PlantTruth& truth) const;
   Eigen::Vector3d noiseVector(double deviation);
 
   PlantParameters parameters_;
@@ -104,20 +103,6 @@ class SensorModel {
   ColouredNoise bias_;
   std::array<double, 2> wheel_radius_;
   bool first_repeat_ = true;
-};
-
-/// Low-pass in the measured wheel speeds: dw_f/dt = (w - w_f) / T, exact for a constant w.
-class EncoderFilter {
- public:
-  /// @param time_constant T [s], 0 lets the speed through; @param step of the simulation [s].
-  EncoderFilter(double time_constant, double step);
-
-  /// Takes the true speeds after a step. @returns w_f [rad/s].
-  const std::array<double, 4>& update(const std::array<double, 4>& wheel_velocity);
-
- private:
-  double kept_;  // exp(-step/T): part of the difference that a step leaves
-  std::array<double, 4> filtered_{};
 };
 
 /// Samples on their way to their reader: each is stamped at its sending and arrives later, in order.

@@ -4,7 +4,6 @@
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/faults/fault_monitor.hpp"
-#include "jackal_aic/identification/plant_identification.hpp"
 #include "jackal_aic/odometry/odometry.hpp"
 
 namespace jackal_aic::python {
@@ -21,8 +20,8 @@ CertificateWithAdvice withAdvice(const LinearLoop& loop) {
 }
 
 const PlantModel& plantModelOf(const Parameters& parameters) {
-  if (!parameters.node.plant_model) throw ParameterError("plant_model.*: missing; it describes the robot");
-  return *parameters.node.plant_model;
+  if (!parameters.plant_model) throw ParameterError("plant_model.*: missing; it describes the robot");
+  return *parameters.plant_model;
 }
 
 /// A controller with its model, on a robot that may differ from it. @throws ParameterError for the open loop.
@@ -37,14 +36,14 @@ LinearLoop loopOf(const DriveParameters& drive, const PlantModel& model, const P
 
 CertificateWithAdvice certificateOf(const Parameters& parameters, const py::dict& robot) {
   const PlantModel model = drivenModel(plantModelOf(parameters));
-  const LinearLoop loop = loopOf(parameters.node, model, changed(model, robot));
+  const LinearLoop loop = loopOf(parameters, model, changed(model, robot));
   py::gil_scoped_release release;
   return withAdvice(loop);
 }
 
 /// The loop of a controller on its model and on each corner of the model's confidence box, the model first.
 std::vector<LinearLoop> linearLoops(const std::string& robot, const std::string& controller, const py::dict& changes) {
-  const DriveParameters drive = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes)).drive;
+  const DriveParameters drive = sim::loadSetup(controller, robot, overridesOf(changes)).drive;
   const PlantModel model = drivenModel(drive.plant_model.value_or(PlantModel{}));
   std::vector<LinearLoop> loops{loopOf(drive, model, model)};
   for (const PlantModel& actual : confidenceBox(model)) loops.push_back(loopOf(drive, model, actual));
@@ -114,70 +113,13 @@ Takes tens of milliseconds. Raises ValueError without a plant model, for the ope
 common period.)");
 }
 
-using Table = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-void requireColumns(const Table& table, const char* name, py::ssize_t columns) {
-  if (table.ndim() == 2 && table.shape(1) == columns) return;
-  throw ParameterError(fmt::format("{}: must have the shape (n, {})", name, columns));
-}
-
-/// Rows (time, left, right) as samples.
-template <class Sample>
-std::vector<Sample> samplesOf(const Table& table, const char* name) {
-  requireColumns(table, name, 3);
-  const auto rows = table.unchecked<2>();
-  std::vector<Sample> samples;
-  for (py::ssize_t i = 0; i < rows.shape(0); ++i) samples.push_back({rows(i, 0), {rows(i, 1), rows(i, 2)}});
-  return samples;
-}
-
-Identification identify(const Table& commands, const Table& wheels, const std::optional<Table>& yaw_rate,
-                        double wheel_radius, double slip_factor) {
-  DriveRecording recording;
-  recording.commands = samplesOf<CommandSample>(commands, "commands");
-  recording.wheels = samplesOf<WheelSample>(wheels, "wheels");
-  if (yaw_rate) {
-    requireColumns(*yaw_rate, "yaw_rate", 2);
-    const auto rows = yaw_rate->unchecked<2>();
-    for (py::ssize_t i = 0; i < rows.shape(0); ++i) recording.yaw.push_back({rows(i, 0), rows(i, 1)});
-  }
-  py::gil_scoped_release release;
-  return identifyDriveTrain(recording, wheel_radius, slip_factor);
-}
-
-void bindIdentification(py::module& m) {
-  py::class_<Estimate>(m, "Estimate", "An estimated quantity.")
-      .def_readonly("value", &Estimate::value, "In the unit of the quantity.")
-      .def_readonly("half_width", &Estimate::half_width, "Half width of the 95 % confidence interval.")
-      .def_readonly("unknown", &Estimate::unknown, "Reason why it is unknown; empty if it is known.")
-      .def("__repr__", [](const Estimate& e) {
-        return e.known() ? fmt::format("{:.4g} +- {:.2g}", e.value, e.half_width) : "unknown: " + e.unknown;
-      });
-  py::class_<Identification>(m, "Identification", "Drive train that a recording shows.")
-      .def_readonly("dead_time", &Identification::dead_time, "[s]")
-      .def_readonly("lag", &Identification::lag, "[s]")
-      .def_readonly("gain", &Identification::gain, "Wheel speed per command, above the offset.")
-      .def_readonly("offset", &Identification::offset, "By which wheels turn slower than gain x command [rad/s].")
-      .def_readonly("acceleration_limit", &Identification::acceleration_limit, "Of the wheel circumference [m/s^2].")
-      .def_readonly("track_left", &Identification::track_left, "Effective track turning left [m].")
-      .def_readonly("track_right", &Identification::track_right, "Effective track turning right [m].")
-      .def_readonly("remarks", &Identification::remarks, "Remarks for the user, one line each.");
-  m.def("identify", &identify, py::arg("commands"), py::arg("wheels"), py::arg("yaw_rate") = py::none(),
-        py::arg("wheel_radius") = GeometryParameters{}.wheel_radius, py::arg("slip_factor") = 1.0,
-        R"(Identifies the drive train from a drive.
-
-commands: rows (time, left, right) [s, rad/s, rad/s], shape (n, 3), each when it was sent.
-wheels: measured wheel speeds in the same form. yaw_rate: rows (time, yaw rate) [s, rad/s], shape (n, 2), or None.
-Raises ValueError if the drive contains too little (naming what is missing), or has stamps that do not increase.)");
-}
-
 void bindOdometry(py::module& m) {
   py::class_<Odometry>(m, "Odometry", "Motion and pose by wheels, gyro and commands, with their covariances.")
       .def(py::init([](const Parameters& parameters) {
              PredictiveParameters own;
              own.learn_drive_train = false;  // as of a loop whose controller has another belief
-             const auto* predictive = std::get_if<PredictiveParameters>(&parameters.node.controller);
-             return std::make_unique<Odometry>(predictive != nullptr ? *predictive : own, parameters.node.geometry,
+             const auto* predictive = std::get_if<PredictiveParameters>(&parameters.controller);
+             return std::make_unique<Odometry>(predictive != nullptr ? *predictive : own, parameters.geometry,
                                                drivenModel(plantModelOf(parameters)));
            }),
            py::arg("parameters"), "Needs a plant model. Raises ValueError without one.")
@@ -206,20 +148,6 @@ void bindOdometry(py::module& m) {
           "motion_covariance", [](const Odometry& o) { return o.motion().covariance; }, "Of the motion, shape (2, 2).");
 }
 
-py::dict distancesOf(const FaultReport& report) {
-  py::dict distances;
-  distances["left"] = report.wheel_left.distance;
-  distances["right"] = report.wheel_right.distance;
-  return distances;
-}
-
-py::dict probabilitiesOf(const FaultReport& report) {
-  py::dict probabilities;
-  probabilities["gyro"] = report.gyro.probability;
-  probabilities["acceleration"] = report.accelerometer.probability;
-  return probabilities;
-}
-
 void bindFaults(py::module& m) {
   py::class_<FaultReport>(m, "FaultReport", "What the fault monitor thinks of the robot after a sample.")
       .def_property_readonly(
@@ -230,13 +158,21 @@ void bindFaults(py::module& m) {
           "valid", [](const FaultReport& r) { return channelsOf(r.valid()); },
           "Channels that count; see Observation.valid.")
       .def_property_readonly(
-          "distances", &distancesOf,
+          "distances",
+          [](const FaultReport& r) {
+            return py::dict(py::arg("left") = r.wheel_left.distance, py::arg("right") = r.wheel_right.distance);
+          },
           "Mahalanobis distance of each wheel's last prediction error, in multiples of the bound of an outlier.")
-      .def_property_readonly("probabilities", &probabilitiesOf,
-                             "Probability of each of gyro and acceleration, while it counts, that it is faulty.");
+      .def_property_readonly(
+          "probabilities",
+          [](const FaultReport& r) {
+            return py::dict(py::arg("gyro") = r.gyro.probability,
+                            py::arg("acceleration") = r.accelerometer.probability);
+          },
+          "Probability of each of gyro and acceleration, while it counts, that it is faulty.");
   py::class_<FaultMonitor>(m, "FaultMonitor", "Fault detection per channel from prediction errors.")
       .def(py::init([](const Parameters& parameters) {
-             return FaultMonitor(parameters.node.faults.value_or(FaultParameters{}), parameters.node.geometry,
+             return FaultMonitor(parameters.faults.value_or(FaultParameters{}), parameters.geometry,
                                  plantModelOf(parameters));
            }),
            py::arg("parameters"), "Needs a plant model. Raises ValueError without one.")
@@ -270,7 +206,6 @@ PlantModel changed(const PlantModel& model, const py::dict& changes) {
 void bindAnalysis(py::module& m) {
   bindCertificate(m);
   bindLinearLoop(m);
-  bindIdentification(m);
   bindOdometry(m);
   bindFaults(m);
 }

@@ -21,21 +21,19 @@ namespace jackal_aic::python {
 namespace py = pybind11;
 
 /// Configuration of a controller and its drive loop, read and checked as by the node.
-struct Parameters {
-  NodeParameters node;
-};
+using Parameters = NodeParameters;
 
 /// Settings of a loop that alone drives the motors, in any output mode.
 DriveParameters driveParameters(const Parameters& parameters);
+
+/// "thesis", "predictive" or "diff_drive".
+const char* structureOf(const DriveParameters& parameters);
 
 /// Wheel speeds (left, right) [rad/s].
 using WheelPair = std::pair<double, double>;
 
 /// A command as a Python tuple.
 inline WheelPair pairOf(const WheelCommand& command) { return {command.left, command.right}; }
-
-/// The data files of the package, read once.
-const sim::PackageFiles& packageFiles();
 
 /// Keys and values as text. @throws ParameterError for a value of an unsupported type.
 sim::Overrides overridesOf(const py::dict& overrides);

@@ -190,10 +190,10 @@ action_orders: highest order whose sensory error drives the action.)")
 /// The controller of a structure that parameters describe. @throws ParameterError if they describe another one.
 template <class Controller>
 std::unique_ptr<Controller> made(const Parameters& parameters, const char* name) {
-  std::unique_ptr<VelocityController> made = makeController(parameters.node);
+  std::unique_ptr<VelocityController> made = makeController(parameters);
   auto* controller = dynamic_cast<Controller*>(made.get());
   if (controller == nullptr) {
-    throw ParameterError("preset = " + parameters.node.preset + ": has no parameters of a " + name);
+    throw ParameterError("preset = " + parameters.preset + ": has no parameters of a " + name);
   }
   made.release();
   return std::unique_ptr<Controller>(controller);

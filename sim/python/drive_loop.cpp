@@ -4,11 +4,6 @@
 namespace jackal_aic::python {
 namespace {
 
-const char* verdictWord(SetPointVerdict verdict) {
-  constexpr const char* kWords[] = {"accepted", "not_finite", "absurd"};
-  return kWords[static_cast<int>(verdict)];
-}
-
 /// A measurement whose wheels may repeat exactly, because no wheel positions are known.
 bool receive(DriveLoop& loop, const Observation& y, double now) {
   SensorReading reading{y, FrozenSource::Sample::Zero(), true};
@@ -47,7 +42,8 @@ motors_shared: another source may drive; say so by applied().)")
       .def(
           "set_set_point",
           [](DriveLoop& d, double forward, double yaw_rate, double now) {
-            return verdictWord(d.setSetPoint({forward, 0.0, yaw_rate}, now));
+            constexpr const char* kWords[] = {"accepted", "not_finite", "absurd"};
+            return kWords[static_cast<int>(d.setSetPoint({forward, 0.0, yaw_rate}, now))];
           },
           py::arg("forward"), py::arg("yaw_rate"), py::arg("now"),
           "Desired speed [m/s] and yaw rate [rad/s]; 'accepted', or why it was refused: 'not_finite', 'absurd'.")

@@ -2,21 +2,15 @@
 
 #include "bindings.hpp"
 #include "jackal_aic/config/text.hpp"
-#include "jackal_aic/identification/plant_identification.hpp"
 
 PYBIND11_MODULE(_core, m) {
   namespace python = jackal_aic::python;
   m.doc() = "Controllers, drive loop and simulated robot of jackal_aic; use them through the package jackal_aic.";
   pybind11::register_exception_translator([](std::exception_ptr thrown) {
-    const auto raise = [](const std::exception& error) {
-      PyErr_SetString(PyExc_ValueError, jackal_aic::onOneLine(error.what()).c_str());
-    };
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const jackal_aic::ParameterError& error) {
-      raise(error);
-    } catch (const jackal_aic::IdentificationError& error) {
-      raise(error);
+      PyErr_SetString(PyExc_ValueError, jackal_aic::onOneLine(error.what()).c_str());
     }
   });
   python::bindParameters(m);

@@ -26,7 +26,7 @@ void addFile(const char* what, const std::string& name, const Names& names, Para
   if (name.find(".yaml") != std::string::npos || name.find(".yml") != std::string::npos) return addYamlFile(name, map);
   std::vector<std::string> known;
   for (const auto& [word, file] : names) {
-    if (word == name) return addYamlFile(packageFiles().path("config/" + file + ".yaml"), map);
+    if (word == name) return addYamlFile(sim::packageFile("config/" + file + ".yaml"), map);
     known.push_back(word);
   }
   sim::requireKnown(what, name, known);
@@ -34,14 +34,14 @@ void addFile(const char* what, const std::string& name, const Names& names, Para
 
 Parameters checked(ParameterMap map, const py::dict& overrides) {
   for (const auto& [key, value] : overridesOf(overrides)) setFromText(key, value, map);
-  return {readNodeParameters(std::move(map), [] { return packageFiles().urdf(); })};
+  return readNodeParameters(std::move(map), sim::robotUrdf);
 }
 
 /// As controller.launch reads them.
 Parameters readParameters(const std::string& preset, const std::string& plant_model, const std::string& robot,
                           const py::dict& overrides) {
   ParameterMap map;
-  addYamlFile(packageFiles().path("config/advanced.yaml"), map);
+  addYamlFile(sim::packageFile("config/advanced.yaml"), map);
   addFile("preset", preset, kPresets, map);
   addFile("robot", robot, kRobots, map);
   addFile("plant_model", plant_model, kPlantModels, map);
@@ -49,22 +49,12 @@ Parameters readParameters(const std::string& preset, const std::string& plant_mo
   return checked(std::move(map), overrides);
 }
 
-ParameterMap mapOf(const Parameters& parameters) {
-  ParameterMap map;
-  addYamlText(configurationText(parameters.node), "parameters", map);
-  return map;
-}
-
 py::dict values(const Parameters& parameters) {
-  ParameterMap map = mapOf(parameters);
+  ParameterMap map;
+  addYamlText(configurationText(parameters), "parameters", map);
   py::dict dict;
   for (const std::string& key : map.keys()) dict[key.c_str()] = py::cast(*map.take(key));
   return dict;
-}
-
-const char* structureOf(const Parameters& parameters) {
-  constexpr const char* kStructures[] = {"thesis", "predictive", "diff_drive"};
-  return kStructures[parameters.node.controller.index()];
 }
 
 std::string textOf(const py::handle& value) {
@@ -84,13 +74,13 @@ std::string textOf(const py::handle& value) {
 
 }  // namespace
 
-const sim::PackageFiles& packageFiles() {
-  static const sim::PackageFiles files;
-  return files;
+const char* structureOf(const DriveParameters& parameters) {
+  constexpr const char* kStructures[] = {"thesis", "predictive", "diff_drive"};
+  return kStructures[parameters.controller.index()];
 }
 
 DriveParameters driveParameters(const Parameters& parameters) {
-  DriveParameters drive = parameters.node;
+  DriveParameters drive = parameters;
   drive.motors_shared = false;
   return drive;
 }
@@ -130,17 +120,19 @@ Raises ValueError for an unknown name (with the list of names), key, type or val
              return py::object(all[key.c_str()]);
            })
       .def(
-          "yaml", [](const Parameters& parameters) { return configurationText(parameters.node); },
+          "yaml", [](const Parameters& parameters) { return configurationText(parameters); },
           "The text of a YAML file with all keys.")
-      .def(py::pickle([](const Parameters& parameters) { return configurationText(parameters.node); },
+      .def(py::pickle([](const Parameters& parameters) { return configurationText(parameters); },
                       [](const std::string& yaml) {
                         ParameterMap map;
                         addYamlText(yaml, "parameters", map);
                         return checked(std::move(map), {});
                       }))
-      .def_property_readonly("structure", &structureOf, "\"thesis\", \"predictive\" or \"diff_drive\".")
+      .def_property_readonly(
+          "structure", [](const Parameters& parameters) { return structureOf(parameters); },
+          "\"thesis\", \"predictive\" or \"diff_drive\".")
       .def("__repr__", [](const Parameters& parameters) {
-        return fmt::format("<Parameters {}. {}>", parameters.node.preset, describeRobot(parameters.node));
+        return fmt::format("<Parameters {}. {}>", parameters.preset, describeRobot(parameters));
       });
 }
 

@@ -38,8 +38,8 @@ sim::InjectedFault faultOf(const FaultData& data) {
 }
 
 /// The columns of a drive, and those with odometry=True, whose names jackal_aic/_simulation.py has.
-using Row = std::array<double, 22>;
-using OdometryRow = std::array<double, 13>;
+using Row = Eigen::Array<double, 22, 1>;
+using OdometryRow = Eigen::Array<double, 13, 1>;
 
 double headingOf(const Eigen::Quaterniond& q) {
   return std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
@@ -53,12 +53,6 @@ struct Recording {
   std::vector<std::tuple<double, std::string, bool>> findings;  // time [s], reason, and whether it is a fault
 };
 
-/// Recorded steps and columns of a run.
-struct Wanted {
-  bool samples_only;  // steps with a sample
-  bool odometry;
-};
-
 /// Lets Ctrl-C end a drive.
 void heedSignals() {
   py::gil_scoped_acquire gil;
@@ -70,15 +64,15 @@ void heedSignals() {
 class ClosedLoop {
  public:
   ClosedLoop(sim::JackalPlant& plant, DriveLoop& drive, const sim::LoopSetup& setup, sim::Faults faults,
-             const Wanted& wanted)
+             bool samples_only, bool odometry)
       : plant_(plant),
         drive_(drive),
         faults_(std::move(faults), setup.plant),
         phase_(setup.loop.phase),
         support_(setup.plant.support),
         kinematics_(setup.drive.geometry),
-        wanted_(wanted) {
-    if (wanted.odometry) odometry_.emplace(makeOdometry(setup.drive, drive));
+        samples_only_(samples_only) {
+    if (odometry) odometry_.emplace(makeOdometry(setup.drive, drive));
   }
 
   /// Drives along set points from rest, for a time [s].
@@ -102,7 +96,7 @@ class ClosedLoop {
       if (const auto due = drive_.advance(now)) plant_.command(command_ = *due);
       if (odometry_) odometry_->advance(drive_.command(), sim::JackalPlant::kStep);
       noteEvent(now);
-      if (sample || !wanted_.samples_only) record(now);
+      if (sample || !samples_only_) record(now);
       if (k % 1000 == 999) heedSignals();
     }
   }
@@ -160,28 +154,14 @@ class ClosedLoop {
     const VelocityController& controller = drive_.controller();
     const BodyVector believed = controller.hasBelief() ? controller.believedVelocity() : BodyVector::Constant(kNaN);
     const DriveLoopStatus status = drive_.status();
-    recording_.rows.push_back({now,
-                               set_point_.forward,
-                               set_point_.yaw_rate,
-                               velocity(kForward),
-                               velocity(kYaw),
-                               truth.position.x(),
-                               truth.position.y(),
-                               headingOf(truth.orientation),
-                               wheels.left,
-                               wheels.right,
-                               kinematics_.bodyVelocity(measured_)(kForward),
-                               measured_yaw_rate_,
-                               measured_.left,
-                               measured_.right,
-                               believed(kForward),
-                               believed(kYaw),
-                               command_.left,
-                               command_.right,
-                               static_cast<double>(status.decision.status),
-                               static_cast<double>(status.decision.cause),
-                               static_cast<double>(status.fault),
-                               counted_.all() ? 1.0 : 0.0});
+    const auto whole = [](auto value) { return static_cast<double>(value); };
+    Row row;
+    row << now, set_point_.forward, set_point_.yaw_rate, velocity(kForward), velocity(kYaw), truth.position.x(),
+        truth.position.y(), headingOf(truth.orientation), wheels.left, wheels.right,
+        kinematics_.bodyVelocity(measured_)(kForward), measured_yaw_rate_, measured_.left, measured_.right,
+        believed(kForward), believed(kYaw), command_.left, command_.right, whole(status.decision.status),
+        whole(status.decision.cause), whole(status.fault), whole(counted_.all());
+    recording_.rows.push_back(row);
     if (odometry_) recordOdometry();
   }
 
@@ -191,9 +171,11 @@ class ClosedLoop {
     const PredictiveController* predictive = drive_.predictive();
     const Eigen::Matrix2d believed =
         predictive != nullptr ? predictive->motionCovariance() : Eigen::Matrix2d::Constant(kNaN).eval();
-    recording_.odometry.push_back({pose.x, pose.y, pose.heading, motion.forward, motion.yaw_rate,
-                                   motion.covariance(0, 0), motion.covariance(0, 1), motion.covariance(1, 1),
-                                   believed(0, 0), believed(0, 1), believed(1, 1), position_.left, position_.right});
+    OdometryRow row;
+    row << pose.x, pose.y, pose.heading, motion.forward, motion.yaw_rate, motion.covariance(0, 0),
+        motion.covariance(0, 1), motion.covariance(1, 1), believed(0, 0), believed(0, 1), believed(1, 1),
+        position_.left, position_.right;
+    recording_.odometry.push_back(row);
   }
 
   void noteEvent(double time) {
@@ -212,7 +194,7 @@ class ClosedLoop {
   double phase_;  // s
   sim::Support support_;
   SkidSteerKinematics kinematics_;
-  Wanted wanted_;
+  bool samples_only_;  // records the steps with a sample
   std::optional<Odometry> odometry_;
   SetPoint set_point_;
   WheelCommand command_;            // last [rad/s]
@@ -225,12 +207,6 @@ class ClosedLoop {
   Recording recording_;
 };
 
-/// The loop of a run: named controllers drive in the loop of the experiments, Parameters in that of the node.
-struct Run {
-  sim::LoopSetup setup;
-  std::optional<PlantModel> monitor_model;  // of an additional fault detection
-};
-
 /// Refuses overrides without effect on a controller from outside the setup. @throws ParameterError as loadSetup().
 void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const char*> sections) {
   for (const auto& [key, value] : overrides) {
@@ -240,53 +216,42 @@ void requireHeeded(const sim::Overrides& overrides, std::initializer_list<const 
   }
 }
 
-Run runOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides,
-          const std::optional<py::dict>& monitored) {
-  Run run;
-  if (py::isinstance<Parameters>(controller)) {
-    requireHeeded(overrides, {"plant", "loop"});
-    run.setup = sim::loadSetup(packageFiles(), sim::kDifferentialDrive, robot, overrides);
-    run.setup.drive = driveParameters(controller.cast<const Parameters&>());
-    return run;
-  }
-  if (py::isinstance<py::str>(controller)) {
-    run.setup = sim::loadSetup(packageFiles(), controller.cast<std::string>(), robot, overrides);
-  } else {
+/// The loop of a run: named controllers, and those of Python, drive in the loop of the experiments, Parameters in that
+/// of the node.
+sim::LoopSetup setupOf(const std::string& robot, const py::object& controller, const sim::Overrides& overrides) {
+  if (py::isinstance<py::str>(controller)) return sim::loadSetup(controller.cast<std::string>(), robot, overrides);
+  if (!py::isinstance<Parameters>(controller)) {
     requireHeeded(overrides, {"plant", "loop", "robot", "limits"});
-    run.setup = sim::loadSetup(packageFiles(), "standard", robot, overrides);
-    run.setup.structure = [controller, drive = run.setup.drive] { return controllerOf(drive, controller); };
+    return sim::loadSetup("standard", robot, overrides);
   }
-  if (monitored) run.monitor_model = changed(sim::monitorModel(packageFiles(), robot), *monitored);
-  return run;
+  requireHeeded(overrides, {"plant", "loop"});
+  sim::LoopSetup setup = sim::loadSetup(sim::kDifferentialDrive, robot, overrides);
+  setup.drive = driveParameters(controller.cast<const Parameters&>());
+  return setup;
 }
 
 /// Rows as an array, one column after the other.
 template <class Row>
-py::array_t<double> tableOf(const std::vector<Row>& rows) {
-  py::array_t<double> table({std::tuple_size<Row>::value, rows.size()});
-  auto values = table.mutable_unchecked<2>();
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t c = 0; c < rows[i].size(); ++c) {
-      values(static_cast<py::ssize_t>(c), static_cast<py::ssize_t>(i)) = rows[i][c];
-    }
-  }
-  return table;
+Eigen::Matrix<double, Row::SizeAtCompileTime, Eigen::Dynamic, Eigen::RowMajor> tableOf(const std::vector<Row>& rows) {
+  return Eigen::Map<const Eigen::Matrix<double, Row::SizeAtCompileTime, Eigen::Dynamic>>(
+      rows.empty() ? nullptr : rows.front().data(), Row::SizeAtCompileTime, static_cast<Eigen::Index>(rows.size()));
 }
 
 py::tuple simulate(const std::string& robot, const py::object& controller, const TimedSetPoints& set_points,
                    double duration, const std::vector<FaultData>& fault_list, const py::dict& changes,
                    std::optional<bool> monitor, const py::dict& monitor_model, bool samples_only, bool odometry) {
-  const bool monitored = monitor.value_or(!fault_list.empty());
-  Run run = runOf(robot, controller, overridesOf(changes), monitored ? std::optional(monitor_model) : std::nullopt);
-  sim::LoopSetup& setup = run.setup;
+  sim::LoopSetup setup = setupOf(robot, controller, overridesOf(changes));
+  const bool as_node = py::isinstance<Parameters>(controller), named = py::isinstance<py::str>(controller);
   if (monitor == false) setup.drive.faults.reset();
+  if (!as_node && monitor.value_or(!fault_list.empty()))
+    setup.monitor = changed(sim::monitorModel(robot), monitor_model);
   sim::Faults faults;
   for (const FaultData& fault : fault_list) faults.push_back(faultOf(fault));
 
   sim::JackalPlant plant(setup.urdf, setup.plant);
-  DriveLoop drive = run.monitor_model ? sim::monitoredLoop(setup, *run.monitor_model) : sim::makeLoop(setup);
+  DriveLoop drive = sim::makeLoop(setup, as_node || named ? nullptr : controllerOf(setup.drive, controller));
   drive.release();
-  ClosedLoop loop(plant, drive, setup, std::move(faults), {samples_only, odometry});
+  ClosedLoop loop(plant, drive, setup, std::move(faults), samples_only, odometry);
   {
     py::gil_scoped_release release;
     loop.run(set_points, duration);
@@ -303,11 +268,10 @@ py::tuple simulate(const std::string& robot, const py::object& controller, const
 }
 
 py::dict settings(const std::string& robot, const std::string& controller, const py::dict& changes) {
-  const sim::LoopSetup setup = sim::loadSetup(packageFiles(), controller, robot, overridesOf(changes));
-  constexpr const char* kStructures[] = {"thesis", "predictive", "diff_drive"};
+  const sim::LoopSetup setup = sim::loadSetup(controller, robot, overridesOf(changes));
   constexpr const char* kSections[] = {"controller", "predictive", "diff_drive"};
   py::dict all;
-  all["structure"] = kStructures[setup.drive.controller.index()];
+  all["structure"] = structureOf(setup.drive);
   all["plant"] = dictOf(fieldsOf(setup.plant));
   all["geometry"] = dictOf(fieldsOf(setup.drive.geometry));
   const std::vector<Field> gains =
@@ -349,9 +313,7 @@ simulate().)");
       .def(py::init<std::uint64_t>(), py::arg("seed"))
       .def(
           "__call__", [](std::mt19937_64& generator) { return generator(); }, "64 random bits.");
-  py::tuple statuses(5);
-  for (int i = 0; i < 5; ++i) statuses[static_cast<py::size_t>(i)] = py::str(text(static_cast<DriveStatus>(i)));
-  m.attr("STATUSES") = statuses;
+  m.attr("STATUSES") = wordsOf<DriveStatus>(5);
   m.attr("CAUSES") = wordsOf<StopCause>(kStopCauses);
   m.attr("FAULTS") = wordsOf<Fault>(kFaults);
 }

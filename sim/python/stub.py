@@ -4,8 +4,7 @@ import inspect
 import re
 import sys
 
-sys.path.pop(0)  # this folder, in which the package has no compiled part
-import jackal_aic  # noqa: E402
+import jackal_aic
 
 NAMES = {name: getattr(jackal_aic, name) for name in jackal_aic.__all__}
 HEAD = '''"""Types for editors; help(jackal_aic.simulate) and the like say what everything means."""
@@ -56,7 +55,8 @@ def lines(name, item):
         return [function(name, item)]
     if issubclass(item, tuple):
         return ['class {}(NamedTuple):'.format(name)] + ['    {}: {}{}'.format(
-            field, inspect.formatannotation(item.__annotations__[field]), ' = ...' if field in item._field_defaults else '') for field in item._fields]
+            field, inspect.formatannotation(item.__annotations__[field]), ' = ...' if field in item._field_defaults else '') for field in item._fields
+        ] + ['    {}: bool'.format(key) for key, value in vars(item).items() if isinstance(value, property)]
     members = [member(key, value) for key, value in vars(item).items() if not key.startswith('_') or key in ('__init__', '__getitem__')]
     if item is jackal_aic.Drive:  # its columns
         members.append('def __getattr__(self, name: str) -> numpy.ndarray: ...')
@@ -66,4 +66,5 @@ def lines(name, item):
 
 for path in sys.argv[1:]:
     with open(path, 'w') as stub:
-        stub.write(HEAD + '\n'.join(line for name, item in NAMES.items() for line in lines(name, item)) + '\n')
+        text = '\n'.join(line for name, item in NAMES.items() for line in lines(name, item))
+        stub.write(HEAD + text.replace('jackal_aic.identification.', '') + '\n')

@@ -3,20 +3,33 @@
 import math
 import typing
 
+RATES = (50.0, 1000.0)  # Hz, of the belief update
+LIMITS = {'tau': 'τ', 'kappa_mu': 'κ_μ'}
+
 
 class Verdict(typing.NamedTuple):
-    """Whether ours agrees, and our numbers in a sentence."""
+    """Whether our runs agree, and our numbers in a sentence."""
 
     agrees: bool
     ours: str
 
 
+def select(runs, **wanted):
+    """The runs with these values."""
+    return [run for run in runs if all(matches(run[column], value) for column, value in wanted.items())]
+
+
 def pick(runs, **wanted):
     """The only run with these values."""
-    found = [run for run in runs if all(matches(run[column], value) for column, value in wanted.items())]
+    found = select(runs, **wanted)
     if len(found) != 1:
         raise LookupError(f'{len(found)} runs with {wanted}')
     return found[0]
+
+
+def by(runs, parameter, reverse=False, **wanted):
+    """The runs with these values, sorted by a parameter."""
+    return sorted(select(runs, **wanted), key=lambda run: run[parameter], reverse=reverse)
 
 
 def matches(a, b):
@@ -44,31 +57,28 @@ def final_command(run):
     return run.series('command')[1][-50:].mean()
 
 
-def faster(winner, loser, cases, columns=('settling_s', 'rise_s')):
+def about(check):
+    """Makes check(results, about what) a function of what it is about, whose result is a function of the results."""
+    return lambda *what, **wanted: lambda results: check(results, *what, **wanted)
+
+
+@about
+def faster(results, winner, loser, cases, columns=('settling_s', 'rise_s')):
     """In each case the winner is less in all columns. winner, loser: experiment, words and values that select the run."""
-
-    def claim(results):
-        parts, agrees = [], True
-        for case in cases:
-            first, second = (pick(results.comparable(name), **wanted, **case) for name, _, wanted in (winner, loser))
-            agrees &= all(is_less(first[column], second[column]) for column in columns)
-            parts.append(', '.join([f'{value:g}' if isinstance(value, float) else value for value in case.values()] +
-                                   [f'{winner[1]} {pair(first)}, {loser[1]} {pair(second)}']))
-        return Verdict(agrees, '; '.join(parts))
-
-    return claim
+    parts, agrees = [], True
+    for case in cases:
+        first, second = (pick(results.comparable(name), **wanted, **case) for name, _, wanted in (winner, loser))
+        agrees &= all(is_less(first[column], second[column]) for column in columns)
+        parts.append(', '.join([f'{value:g}' if isinstance(value, float) else value for value in case.values()] +
+                               [f'{winner[1]} {pair(first)}, {loser[1]} {pair(second)}']))
+    return Verdict(agrees, '; '.join(parts))
 
 
-def settles_high(name, words, **wanted):
+@about
+def settles_high(results, name, words, **wanted):
     """The differential drive ends above its set point."""
-
-    def claim(results):
-        runs = [run for run in results.comparable(name) if run['controller'] == 'diff_drive' and
-                all(matches(run[column], value) for column, value in wanted.items())]
-        errors = [run['steady_error_pct'] for run in runs]
-        return Verdict(all(e > 1.0 for e in errors), 'steady-state error ' + ', '.join(f'{e:+.2f} %' for e in errors) + words)
-
-    return claim
+    errors = [run['steady_error_pct'] for run in select(results.comparable(name), controller='diff_drive', **wanted)]
+    return Verdict(all(e > 1.0 for e in errors), 'steady-state error ' + ', '.join(f'{e:+.2f} %' for e in errors) + words)
 
 
 def ground_and_box(results):
@@ -83,30 +93,21 @@ def ground_needs_more(results):
                    '(our velocity loop has no offset under load)')
 
 
-def model_follows(name, parameter):
+@about
+def model_follows(results, name, parameter):
     """Compares the rise times of model and robot: equal within a fifth at every value."""
-
-    def claim(results):
-        runs = results.comparable(name)
-        rises = {}
-        for plant in ('state_space', 'box'):
-            chosen = [run for run in runs if run['plant'] == plant]
-            chosen.sort(key=lambda run: run[parameter], reverse=parameter == 'tau')
-            rises[plant] = [run['rise_s'] for run in chosen]
-        ratios = [robot / model for robot, model in zip(rises['box'], rises['state_space'])]
-        agrees = all(falls(values) for values in rises.values()) and all(abs(math.log(ratio)) < 0.2 for ratio in ratios)
-        return Verdict(agrees, '; '.join(f'{words} rise ' + ', '.join(seconds(r) for r in rises[plant])
-                                         for plant, words in (('state_space', 'model'), ('box', 'robot'))) +
-                       '; robot / model ' + ', '.join(f'{ratio:.2f}' for ratio in ratios))
-
-    return claim
+    model, robot = ([run['rise_s'] for run in by(results.comparable(name), parameter, parameter == 'tau', plant=plant)]
+                    for plant in ('state_space', 'box'))
+    ratios = [ours / theirs for ours, theirs in zip(robot, model)]
+    return Verdict(falls(model) and falls(robot) and all(abs(math.log(ratio)) < 0.2 for ratio in ratios),
+                   '; '.join(f'{words} rise ' + ', '.join(map(seconds, rises)) for words, rises in (('model', model), ('robot', robot))) +
+                   '; robot / model ' + ', '.join(f'{ratio:.2f}' for ratio in ratios))
 
 
 def model_stays_stable(results):
     runs = results.runs['figure_4-4']
     model = pick(runs, plant='state_space')
-    robot = [run for run in runs if run['plant'] == 'box']
-    rings = all(not run.bounded or run['settling_s'] is None for run in robot)
+    rings = all(not run.bounded or run['settling_s'] is None for run in select(runs, plant='box'))
     return Verdict(model.bounded and rings, f'model settles in {seconds(model["settling_s"])}; robot ' +
                    ('never settles' if rings else 'settles'))
 
@@ -118,62 +119,46 @@ def action_trails(results):
                    f'belief moves at {first[0] - 0.5:.1f} s, action at {first[1] - 0.5:.1f} s after the step')
 
 
-def with_euler(name, stable, words='', **wanted):
+@about
+def with_euler(results, name, stable, words='', **wanted):
     """Whether the runs with the thesis' own integrator are all stable, or all unstable."""
-
-    def claim(results):
-        runs = [run for run in results.runs[name] if all(matches(run[column], value) for column, value in wanted.items())]
-        euler, exact = ([run for run in runs if run['integrator'] == integrator] for integrator in ('euler', 'exact'))
-        return Verdict(all(run.bounded == stable for run in euler),
-                       f'euler {"settles" if euler[0].bounded else "diverges" + words}; exact {pair(exact[0])}')
-
-    return claim
+    euler, exact = (select(results.runs[name], integrator=integrator, **wanted) for integrator in ('euler', 'exact'))
+    return Verdict(all(run.bounded == stable for run in euler),
+                   f'euler {"settles" if euler[0].bounded else "diverges" + words}; exact {pair(exact[0])}')
 
 
-def frequency_alone(name):
-
-    def claim(results):
-        spreads = []
-        for step in (0.3, 0.5, 1.0):
-            times = [run['settling_s'] for run in results.comparable(name) if matches(run['step_mps'], step)]
-            spreads.append(max(times) / min(times) - 1.0)
-        return Verdict(max(spreads) < 0.15, 'settling varies by ' + ', '.join(f'{100 * s:.0f} %' for s in spreads) +
-                       ' at 0.3, 0.5, 1 m/s')
-
-    return claim
+def spreads(results, name):
+    """Longest settling time / shortest, minus 1, over the frequencies of a table, at 0.3, 0.5 and 1 m/s."""
+    times = [[run['settling_s'] for run in select(results.comparable(name), step_mps=step)] for step in (0.3, 0.5, 1.0)]
+    return [max(found) / min(found) - 1.0 for found in times]
 
 
-def gets_faster(name, parameter, columns, reverse):
+@about
+def frequency_alone(results, name):
+    found = spreads(results, name)
+    return Verdict(max(found) < 0.15, 'settling varies by ' + ', '.join(f'{100 * s:.0f} %' for s in found) + ' at 0.3, 0.5, 1 m/s')
 
-    def claim(results):
-        parts, agrees = [], True
-        for rate in (50.0, 1000.0):
-            runs = [run for run in results.comparable(name) if run['belief_hz'] == rate and run['thesis_settling_s']]
-            runs.sort(key=lambda run: run[parameter], reverse=reverse)
-            for column in columns:
-                values = [run[column] for run in runs]
-                agrees &= is_less(values[-1], values[0])
-                parts.append(f'{rate:.0f} Hz {column.split("_")[0]} ' + ', '.join(seconds(v) for v in values))
-        return Verdict(agrees, '; '.join(parts))
 
-    return claim
+@about
+def gets_faster(results, name, parameter, columns, reverse):
+    parts, agrees = [], True
+    for rate in RATES:
+        runs = [run for run in by(results.comparable(name), parameter, reverse, belief_hz=rate) if run['thesis_settling_s']]
+        for column in columns:
+            values = [run[column] for run in runs]
+            agrees &= is_less(values[-1], values[0])
+            parts.append(f'{rate:.0f} Hz {column.split("_")[0]} ' + ', '.join(map(seconds, values)))
+    return Verdict(agrees, '; '.join(parts))
 
 
 def rings(results):
-    parts, agrees = [], True
-    for rate in (50.0, 1000.0):
-        runs = sorted((run for run in results.comparable('table_5-6') if run['belief_hz'] == rate),
-                      key=lambda run: run['kappa_a'])
-        times = [run['settling_s'] for run in runs]
-        agrees &= is_less(times[1], times[0]) and is_less(times[0], times[3])
-        parts.append(f'{rate:.0f} Hz settling ' + ', '.join(seconds(t) for t in times))
-    return Verdict(agrees, 'κ_a 8, 10, 15, 20: ' + '; '.join(parts))
+    times = {rate: [run['settling_s'] for run in by(results.comparable('table_5-6'), 'kappa_a', belief_hz=rate)] for rate in RATES}
+    return Verdict(all(is_less(t[1], t[0]) and is_less(t[0], t[3]) for t in times.values()),
+                   'κ_a 8, 10, 15, 20: ' + '; '.join(f'{rate:.0f} Hz settling ' + ', '.join(map(seconds, t)) for rate, t in times.items()))
 
 
 def slow_rings_more(results):
-    runs = results.comparable('table_5-6')
-    slow = pick(runs, kappa_a=20.0, belief_hz=50.0)['overshoot_pct']
-    fast = pick(runs, kappa_a=20.0, belief_hz=1000.0)['overshoot_pct']
+    slow, fast = (pick(results.comparable('table_5-6'), kappa_a=20.0, belief_hz=rate)['overshoot_pct'] for rate in RATES)
     return Verdict(slow > fast, f'overshoot {slow:.0f} % at 50 Hz, {fast:.0f} % at 1 kHz')
 
 
@@ -183,44 +168,36 @@ def share_reached(run):
 
 
 def square_waves(results):
-    runs = results.comparable('table_5-10')
-    standard = [share_reached(run) for run in runs if run['controller'] == 'standard']
-    improved = [share_reached(run) for run in runs if run['controller'] == 'improved']
+    standard, improved = ([share_reached(run) for run in select(results.comparable('table_5-10'), controller=controller)]
+                          for controller in ('standard', 'improved'))
     words = 'largest velocity / set point: standard {}, improved {}'.format(
         *(', '.join(f'{100 * s:.0f} %' for s in shares) for shares in (standard, improved)))
     return Verdict(max(standard) < 0.99 <= min(improved), words)
 
 
-LIMITS = {'tau': 'τ', 'kappa_mu': 'κ_μ'}
-
-
 def limits(results, parameter, integrator='euler'):
     """(rate [Hz], ours of the belief update alone, the thesis') of Table 5-7."""
     standard = results.config('standard')['controller'][parameter]
-    searched = [run for run in results.runs['table_5-7']
-                if run['integrator'] == integrator and run['plant'] is None and run[parameter] != standard]
+    searched = [run for run in select(results.runs['table_5-7'], integrator=integrator, plant=None) if run[parameter] != standard]
     return [(entry['set']['belief_rate'], pick(searched, belief_hz=float(entry['set']['belief_rate']))[parameter], entry['value'])
             for entry in results.tables['5-7']['rows'] if entry['parameter'] == parameter]
 
 
-def largest_values(parameter):
+@about
+def largest_values(results, parameter):
     """The limit of Euler's belief update is the thesis' within a factor of 1.5."""
-
-    def claim(results):
-        found = limits(results, parameter)
-        return Verdict(all(abs(math.log(ours / theirs)) < math.log(1.5) for _, ours, theirs in found),
-                       '; '.join(f'{rate} Hz: {LIMITS[parameter]} = {ours:.2g} (thesis {theirs:g})' for rate, ours, theirs in found))
-
-    return claim
+    found = limits(results, parameter)
+    return Verdict(all(abs(math.log(ours / theirs)) < math.log(1.5) for _, ours, theirs in found),
+                   '; '.join(f'{rate} Hz: {LIMITS[parameter]} = {ours:.2g} (thesis {theirs:g})' for rate, ours, theirs in found))
 
 
 def best_kappa_a(results):
     parts, agrees = [], True
-    for rate in (50.0, 1000.0):
-        runs = {run['kappa_a']: run['settling_s'] for run in results.comparable('table_5-6') if run['belief_hz'] == rate}
-        best = min(runs, key=runs.get)
+    for rate in RATES:
+        runs = by(results.comparable('table_5-6'), 'kappa_a', belief_hz=rate)
+        best = min(runs, key=lambda run: run['settling_s'])['kappa_a']
         agrees &= best == 10.0
-        parts.append(f'{rate:.0f} Hz: {best:g} of {", ".join(f"{k:g}" for k in sorted(runs))} settles first')
+        parts.append(f'{rate:.0f} Hz: {best:g} of {", ".join(format(run["kappa_a"], "g") for run in runs)} settles first')
     return Verdict(agrees, '; '.join(parts))
 
 
@@ -232,19 +209,17 @@ def overshoot_of(run, column):
 
 def commands_overshoot(results):
     parts, agrees = [], True
-    for rate in (50.0, 1000.0):
-        runs = sorted((run for run in results.comparable('table_5-4') if run['belief_hz'] == rate and run['thesis_settling_s']),
-                      key=lambda run: -run['tau'])
+    for rate in RATES:
+        runs = [run for run in by(results.comparable('table_5-4'), 'tau', True, belief_hz=rate) if run['thesis_settling_s']]
         values = [overshoot_of(run, 'command') for run in runs]
-        agrees &= all(b > a for a, b in zip(values, values[1:]))
+        agrees &= values == sorted(values)
         parts.append(f'{rate:.0f} Hz, τ {", ".join(format(run["tau"], "g") for run in runs)}: {", ".join(f"{v:.1f}" for v in values)} %')
     return Verdict(agrees, '; '.join(parts))
 
 
 def beliefs_overshoot(results):
-    runs = results.comparable('table_5-5')
-    values = [overshoot_of(pick(runs, kappa_mu=0.1, belief_hz=rate), 'belief_mps') for rate in (50.0, 1000.0)]
-    return Verdict(values[0] > 5.0 > values[1], f'κ_μ 0.1: {values[0]:.0f} % at 50 Hz, {values[1]:.0f} % at 1 kHz')
+    slow, fast = (overshoot_of(pick(results.comparable('table_5-5'), kappa_mu=0.1, belief_hz=rate), 'belief_mps') for rate in RATES)
+    return Verdict(slow > 5.0 > fast, f'κ_μ 0.1: {slow:.0f} % at 50 Hz, {fast:.0f} % at 1 kHz')
 
 
 def noise(results, column):

@@ -42,12 +42,10 @@ MANY = 6  # lines of a panel, above which its legend is outside
 ENDLESS = 1e12  # m/s where the axis of a diverging belief ends
 
 
-def setup():
-    """Settings that make the bytes reproducible; once per process."""
-    plt.rcParams.update({
-        'svg.hashsalt': 'jackal_aic', 'svg.fonttype': 'none', 'path.simplify': True, 'path.simplify_threshold': 0.2,
-        'font.size': 9, 'axes.grid': True, 'grid.alpha': 0.3, 'axes.spines.top': False, 'axes.spines.right': False
-    })
+plt.rcParams.update({  # the first make the bytes reproducible
+    'svg.hashsalt': 'jackal_aic', 'svg.fonttype': 'none', 'path.simplify': True, 'path.simplify_threshold': 0.2,
+    'font.size': 9, 'axes.grid': True, 'grid.alpha': 0.3, 'axes.spines.top': False, 'axes.spines.right': False
+})
 
 
 def label(run, columns):
@@ -146,22 +144,17 @@ def draw_set_points(axis, runs, names, start):
             drawn.add(tuple(values))
 
 
-def figure_image(runs, panels, square=False):
-    """Panels in rows of two as an SVG data URI, and whether a line diverges."""
-    setup()
+def figure_image(item):
+    """Panels in rows of two as an SVG data URI, and whether a line diverges. item: runs, panels, whether they are square waves."""
+    runs, panels, square = item
     across = min(len(panels), 2)
     down = -(-len(panels) // across)
     figure, axes = plt.subplots(down, across, figsize=(5.0 * across, 3.2 * down), squeeze=False)
     diverges = [draw_panel(axis, runs, panel, square) for axis, panel in zip(axes.flat, panels)]
     for axis in axes.flat[len(panels):]:
         axis.remove()
-    return data_uri(figure), any(diverges)
-
-
-def data_uri(figure):
-    """A figure as an SVG data URI; closes it."""
     figure.tight_layout()
     buffer = io.BytesIO()
     figure.savefig(buffer, format='svg', metadata={'Date': None, 'Creator': None})
     plt.close(figure)
-    return 'data:image/svg+xml;base64,' + base64.b64encode(buffer.getvalue()).decode()
+    return 'data:image/svg+xml;base64,' + base64.b64encode(buffer.getvalue()).decode(), any(diverges)

@@ -2,8 +2,10 @@
 
 import numpy
 
+import claims
+from results import thesis
+
 RADIUS, TRACK = 0.098, 0.5621  # m, Table C-1
-SMALLEST = 1e-5  # s, of the search
 
 
 def dynamics(gains, tau, kept):
@@ -17,25 +19,16 @@ def dynamics(gains, tau, kept):
     return shift - gains['kappa_mu'] * (factor.T @ state @ error + sensory)
 
 
-def smallest_tau(gains, rate, kept=None):
-    """Smallest tau [s] at which a step of forward Euler at a rate [Hz] has a spectral radius below 1."""
-    low, high = SMALLEST, gains['tau']
-    for _ in range(60):
-        tau = (low * high)**0.5
-        step = numpy.eye(3 * (gains['orders'] + 1)) + dynamics(gains, tau, kept or tau) / rate
-        if max(abs(numpy.linalg.eigvals(step))) < 1.0:
-            high = tau
-        else:
-            low = tau
-    return high
+def smallest_tau(gains, rate):
+    """Smallest tau [s] at which a step of forward Euler at a rate [Hz] with one 1/tau kept has a spectral radius below 1."""
+    return thesis.search_limit(gains['tau'], thesis.LEAST, lambda tau: max(abs(numpy.linalg.eigvals(
+        numpy.eye(3 * (gains['orders'] + 1)) + dynamics(gains, tau, gains['tau']) / rate))) < 1.0)
 
 
 def limits(results):
     """(rate [Hz], the thesis' smallest tau, ours with one 1/tau kept, ours as printed) [s]."""
     gains = results.config('standard')['controller']
-    return [(entry['set']['belief_rate'], entry['value'], smallest_tau(gains, entry['set']['belief_rate'], gains['tau']),
-             smallest_tau(gains, entry['set']['belief_rate']))
-            for entry in results.tables['5-7']['rows'] if entry['parameter'] == 'tau']
+    return [(rate, theirs, smallest_tau(gains, rate), printed) for rate, printed, theirs in claims.limits(results, 'tau')]
 
 
 def section(results):

@@ -27,30 +27,35 @@ def save(figure, path):
     plt.close(figure)
 
 
-def plot(axis, title, time, lines):
+def panels(path, cases, legend, **shared):
+    """Each case with an axis; draws a legend and saves the figure when all are plotted."""
+    figure, axes = plt.subplots(1, len(cases), figsize=(9.0, 3.0), **shared)
+    yield from zip(axes, cases)
+    axes[0].legend(loc=legend, fontsize=8)
+    save(figure, path)
+
+
+def plot(axis, title, label, time, lines):
     """Lines (values, label, style) over time."""
-    for values, label, style in lines:
-        axis.plot(time, values, label=label, **style)
+    for values, words, style in lines:
+        axis.plot(time, values, label=words, **style)
     axis.set_title(title, fontsize=10)
     axis.set_xlabel('time [s]')
+    axis.set_ylabel(label)
     axis.grid(alpha=0.3)
 
 
 def active_inference(path):
     """Set point, belief, true motion and action of the thesis' improved controller on a robot whose wheels are slow."""
-    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0))
     cases = (('0.2 m/s, wheels 0.5 rad/s slow', 'forward speed [m/s]', (0.5, 0.2, 0.0), lambda d: (
                   0.5 * WHEEL_RADIUS * (d.command_left + d.command_right), d.speed, d.believed_speed, d.set_speed)),
              ('0.5 rad/s, wheels 0.5 rad/s slow', 'yaw rate [rad/s]', (0.5, 0.0, 0.5), lambda d: (
                   WHEEL_RADIUS * (d.command_right - d.command_left) / TRACK, d.yaw_rate, d.believed_yaw_rate, d.set_yaw_rate)))
     styles = (('action', dict(color=ORANGE, linewidth=1.0)), ('true', dict(color=BLUE)), ('belief', dict(color=VERMILION, linewidth=2.5)),
               ('set point', dict(color=BLACK, linewidth=0.8, linestyle='--')))
-    for axis, (title, label, set_point, series) in zip(axes, cases):
+    for axis, (title, label, set_point, series) in panels(path, cases, 'lower right'):
         drive = jackal_aic.simulate('ground', 'improved', [set_point], duration=2.5, overrides={'plant.wheel_offset': 0.5})
-        plot(axis, title, drive.time, [(values, *style) for values, style in zip(series(drive), styles)])
-        axis.set_ylabel(label)
-    axes[0].legend(loc='lower right', fontsize=8)
-    save(figure, path)
+        plot(axis, title, label, drive.time, [(values, *style) for values, style in zip(series(drive), styles)])
 
 
 def certificate(path):
@@ -79,17 +84,13 @@ def certificate(path):
 
 def drive_gate(path):
     """Command and true speed of a robot that loses its wheel speeds for a second, and of one whose right wheels are blocked for two."""
-    cases = (('Stop: wheel speeds missing from 2 to 3 s', jackal_aic.Fault('lost', 2.0, 'all', 0.0, 1.0)),
-             ('Fault: right wheels blocked from 2 to 4 s', jackal_aic.Fault('blocked', 2.0, 'right', 0.0, 2.0)))
-    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0), sharey=True)
-    for axis, (title, fault) in zip(axes, cases):
+    cases = (('Stop: wheel speeds missing from 2 to 3 s', 'forward speed [m/s]', jackal_aic.Fault('lost', 2.0, 'all', 0.0, 1.0)),
+             ('Fault: right wheels blocked from 2 to 4 s', '', jackal_aic.Fault('blocked', 2.0, 'right', 0.0, 2.0)))
+    for axis, (title, label, fault) in panels(path, cases, 'lower left', sharey=True):
         drive = jackal_aic.simulate('ground', jackal_aic.Parameters('predictive', 'ground'), [(0.5, 1.0, 0.0)], duration=6.0, faults=fault)
         command = WHEEL_RADIUS * 0.5 * (drive.command_left + drive.command_right)
-        plot(axis, title, drive.time, [(drive.set_speed, 'set point', dict(color=BLACK, linewidth=0.8, linestyle='--')),
-                                       (command, 'command', dict(color=VERMILION)), (drive.speed, 'true speed', dict(color=BLUE))])
-    axes[0].set_ylabel('forward speed [m/s]')
-    axes[0].legend(loc='lower left', fontsize=8)
-    save(figure, path)
+        plot(axis, title, label, drive.time, [(drive.set_speed, 'set point', dict(color=BLACK, linewidth=0.8, linestyle='--')),
+                                              (command, 'command', dict(color=VERMILION)), (drive.speed, 'true speed', dict(color=BLUE))])
 
 
 def fault_detection(path):
@@ -98,17 +99,13 @@ def fault_detection(path):
               [(0.5, 0.5, 0.0), (3.0, 1.0, 0.0)], lambda d: (WHEEL_RADIUS * d.measured_left, WHEEL_RADIUS * d.wheel_left, d.believed_speed)),
              ('Gyro reads 0.4 rad/s too much from 2 to 4 s', 'yaw rate [rad/s]', jackal_aic.Fault('bias', 2.0, 'gyro', 0.4, 2.0),
               [(0.5, 0.5, 0.5)], lambda d: (d.measured_yaw_rate, d.yaw_rate, d.believed_yaw_rate)))
-    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.0))
-    for axis, (title, label, fault, set_points, series) in zip(axes, cases):
+    for axis, (title, label, fault, set_points, series) in panels(path, cases, 'right'):
         drive = jackal_aic.simulate('ground', jackal_aic.Parameters('predictive', 'ground'), set_points, duration=6.0, faults=fault)
-        plot(axis, title, drive.time, [(values, words, dict(color=colour, linewidth=1.0)) for values, words, colour in zip(
+        plot(axis, title, label, drive.time, [(values, words, dict(color=colour, linewidth=1.0)) for values, words, colour in zip(
             series(drive), ('measured', 'true', 'believed'), (VERMILION, BLACK, BLUE))])
         reports = [time for time, words, _ in drive.findings if words]
         ends = [time for time, words, _ in drive.findings if not words] + [drive.time[-1]]
         axis.axvspan(reports[0], ends[0], color=ORANGE, alpha=0.2, label='reported')
-        axis.set_ylabel(label)
-    axes[0].legend(loc='right', fontsize=8)
-    save(figure, path)
 
 
 def main():

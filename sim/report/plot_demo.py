@@ -14,6 +14,7 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402
 
+from markup import fixed  # noqa: E402
 from results import engine, read_rows  # noqa: E402
 
 # Okabe and Ito's palette: distinct for every kind of colour vision.
@@ -22,34 +23,19 @@ BLACK, BLUE, VERMILION = '#000000', '#0072B2', '#D55E00'
 ROBOTS = ('nominal', 'slow', 'real')
 PICTURE = (('slow', '0.2 m/s', 'true_forward'), ('real', '0.5 rad/s', 'true_yaw_rate'))  # robot, step and signal of each panel
 LINES = {'diff_drive': ('stock controller', VERMILION), 'predictive': ('this package', BLUE)}
-LONG_GAP = 0.06  # s between two commands: three periods of a 50 Hz controller
-TABLES = {'steady_error_pct': ('Steady-state error, % of the set point', '+.1f'),
-          'settling_s': ('Settling time, s (within 5 % of the final speed, whichever that is)', '.2f')}
+# Column: heading, digits, whether with a sign.
+TABLES = {'steady_error_pct': ('Steady-state error, % of the set point', 1, True),
+          'settling_s': ('Settling time, s (within 5 % of the final speed, whichever that is)', 2, False)}
 
 
-def shown(value, form):
-    """A number, whose zero has no sign."""
-    text = format(value, form)
-    return text.lstrip('+-') if float(text) == 0.0 else text
-
-
-def table(metrics, column, form, controllers):
+def table(metrics, column, digits, sign, controllers):
     """One line per robot and step, one column per controller."""
     lines = [['robot', 'step', *controllers]]
     for robot in ROBOTS:
         for rows in zip(*(metrics[robot, controller] for controller in controllers)):
-            lines.append([robot, rows[0]['step']] + ['unstable' if row['bounded'] != '1' else shown(float(row[column]), form) if row[column]
+            lines.append([robot, rows[0]['step']] + ['unstable' if row['bounded'] != '1' else fixed(float(row[column]), digits, sign) if row[column]
                                                      else 'never' for row in rows])
     return '  ' + engine.aligned(lines, 2).replace('\n', '\n  ')
-
-
-def warn(metrics):
-    """One line per drive with late commands of a busy machine, whose figures are unreliable."""
-    for (_, controller), steps in metrics.items():
-        gap = max(float(step['command_gap_s']) for step in steps)
-        if gap > LONG_GAP:
-            print(f'Note: {controller} sent no command for {gap:.2f} s, because this machine was busy. '
-                  'Its figures are too bad; scripts/demo --speed 0.5 gives it more time.')
 
 
 def draw(path, responses, metrics):
@@ -63,7 +49,7 @@ def draw(path, responses, metrics):
             begin, end, error = (float(step[column]) for column in ('begin_s', 'end_s', 'steady_error_pct'))
             rows = [row for row in responses[robot, controller] if begin - 0.25 <= float(row['time']) <= min(end, begin + 2.5)]
             axes.plot([float(row['time']) - begin for row in rows], [float(row[signal] or 'nan') for row in rows], color=colour, lw=2.5)
-            axes.annotate(f'{label}\n{shown(error, "+.1f")} %', (1.02, height * (1.0 + error / 100.0)), color=colour, va='center',
+            axes.annotate(f'{label}\n{fixed(error, 1, True)} %', (1.02, height * (1.0 + error / 100.0)), color=colour, va='center',
                           xycoords=('axes fraction', 'data'), fontsize=11, fontweight='bold', annotation_clip=False)
         axes.set_title(f'Asked for {name}' + (' (turn)' if unit == 'rad/s' else ''), loc='left', fontsize=13, fontweight='bold')
         axes.set_xlabel('seconds', fontsize=11)
@@ -81,9 +67,8 @@ def main(recordings, picture, controllers):
     responses, metrics = ({(robot, name): read_rows(recordings / robot / name / file) for robot in ROBOTS for name in controllers}
                           for file in ('response.csv', 'metrics.csv'))
     draw(picture, responses, metrics)
-    for column, (heading, form) in TABLES.items():
-        print(heading, table(metrics, column, form, controllers), '', sep='\n')
-    warn(metrics)
+    for column, (heading, digits, sign) in TABLES.items():
+        print(heading, table(metrics, column, digits, sign, controllers), '', sep='\n')
 
 
 if __name__ == '__main__':

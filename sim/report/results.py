@@ -9,8 +9,8 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'lab'))
 import engine  # noqa: E402
-
-REST = 0.5  # s before a step, as in the lab's motions
+import thesis  # noqa: E402, F401
+from motions import REST  # noqa: E402, F401
 
 # Columns with the conditions of a run, in the order of the CSV files.
 CONDITIONS = ('controller', 'plant', 'step_mps', 'step_radps', 'belief_hz', 'action_hz', 'tau', 'kappa_mu', 'kappa_a', 'orders')
@@ -58,10 +58,6 @@ class Run:
         if column == 'command':
             return self.trace['time_s'] - start, 0.5 * (self.trace['command_left_radps'] + self.trace['command_right_radps'])
         return self.trace['time_s'] - start, self.trace[column]
-
-    def error(self, column, reference):
-        """Root mean square of the difference of two columns of the trace."""
-        return float(numpy.sqrt(numpy.mean((self.trace[column] - self.trace[reference])**2)))
 
     def errors(self):
         """(name, ln(ours/thesis)) for settling and rise, where the thesis prints a number; 2 if we have none, as in the fit."""

@@ -16,7 +16,7 @@ import claims
 import figures
 import hypothesis
 from markup import fixed, rendered
-from results import Results, engine
+from results import Results, engine, thesis as lab
 
 # What the fit has to reach, as mean |ln(ours/thesis)|: tables, how they were used, name of the bar.
 BARS = [
@@ -25,12 +25,14 @@ BARS = [
     (('3-1a', '3-1b', '5-1', '5-2', '5-4', '5-5', '5-6', '5-9'), 'all tables of step responses', 'all'),
 ]
 
-FITTED = [  # key of the plant, words, unit
-    ('dead_time', 'dead time', 's'),
-    ('motor_lag', 'motor lag', 's'),
-    ('velocity_loop_integral', 'velocity loop integral', '1/s'),
-    ('acceleration_limit', 'acceleration limit', 'm/s²'),
-]
+COLUMNS = (  # of our numbers: column, heading, digits, with a sign
+    ('settling_s', 'settling [s]', 2, False), ('rise_s', 'rise [s]', 2, False), ('overshoot_pct', 'overshoot [%]', 1, False),
+    ('steady_error_pct', 'steady-state error [%]', 2, True), ('tracking_rms_mps', 'tracking, RMS [m/s]', 3, False),
+    ('tracking_rms_radps', 'tracking, RMS [rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False),
+    ('belief_rms_radps', 'belief, RMS [rad/s]', 4, False), ('effective_track', 'learned track [m]', 3, False))
+
+REPEATABLE = 0.15  # ln: the thesis' own repeats of one condition differ by more
+FITTED = {'dead_time': 's', 'motor_lag': 's', 'velocity_loop_integral': '1/s', 'acceleration_limit': 'm/s²'}  # keys of the plant, and units
 
 GAINS = (('belief_hz', 'belief {:g} Hz'), ('action_hz', 'action {:g} Hz'), ('tau', 'τ {:g}'), ('kappa_mu', 'κ_μ {:g}'), ('kappa_a', 'κ_a {:g}'),
          ('orders', 'p {:g}'))
@@ -64,7 +66,8 @@ def ours(run, name):
 def step_table(results, name, thesis):
     """Ours and theirs for every row, with both integrators where the thesis' own one cannot run."""
     rows, shared = [], common(results.runs[name])
-    for entry, group in zip(thesis['rows'], grouped(results.runs[name])):
+    groups = itertools.groupby(results.runs[name], key=lambda run: run.conditions())  # by both integrators
+    for entry, group in zip(thesis['rows'], [list(found) for _, found in groups]):
         compared = figures.comparable(group)[0]
         for run in group if any(not run.bounded for run in group) else [compared]:
             theirs = {kind: 'unstable' if entry.get('unstable') else fixed(run[f'thesis_{kind}_s']) for kind in ('settling', 'rise')}
@@ -83,18 +86,6 @@ def note_of(entry):
     return '; '.join(printed + [entry['note']] if 'note' in entry else printed)
 
 
-def grouped(runs):
-    """Runs of one condition (both integrators) together, in order."""
-    return [list(group) for _, group in itertools.groupby(runs, key=lambda run: run.conditions())]
-
-
-COLUMNS = (  # of our numbers: column, heading, digits, with a sign
-    ('settling_s', 'settling [s]', 2, False), ('rise_s', 'rise [s]', 2, False), ('overshoot_pct', 'overshoot [%]', 1, False),
-    ('steady_error_pct', 'steady-state error [%]', 2, True), ('tracking_rms_mps', 'tracking, RMS [m/s]', 3, False),
-    ('tracking_rms_radps', 'tracking, RMS [rad/s]', 3, False), ('belief_rms_mps', 'belief, RMS [m/s]', 4, False),
-    ('belief_rms_radps', 'belief, RMS [rad/s]', 4, False), ('effective_track', 'learned track [m]', 3, False))
-
-
 def run_table(runs):
     """Our numbers where the thesis prints none."""
     shared, shown = common(runs), [column for column in COLUMNS if any(run[column[0]] is not None for run in runs)]
@@ -109,12 +100,9 @@ def square_table(runs):
              'largest velocity / set point': f'{100 * claims.share_reached(run):.0f} %' if run.bounded else 'unstable'} for run in runs]
 
 
-BOUNDS = {'tau': 1e-5, 'kappa_mu': 1e3, 'kappa_a': 1e3}  # of the search for usable ranges
-
-
 def limit_text(run, parameter):
     value = run[parameter]
-    if abs(value / BOUNDS[parameter] - 1.0) < 1e-6:
+    if value in (lab.LEAST, lab.MOST):
         return f'no limit down to {value:g}' if parameter == 'tau' else f'no limit up to {value:g}'
     return f'{value:.3g}'
 
@@ -132,45 +120,22 @@ def range_table(results, thesis):
     return rows
 
 
-def parameter_table(results, thesis):
-    """A table of the thesis' controller parameters and our presets."""
-    rows = []
-    for entry, preset in itertools.product(thesis['rows'], ('standard', 'improved')):
-        if preset in entry:
-            value = results.config(preset)['controller'][entry['parameter']]
-            rows.append({'parameter': entry['parameter'], 'controller': preset, 'ours': str(value), 'thesis': str(entry[preset]),
-                         'agreement': 'same' if value == entry[preset] else 'differs', 'note': note_of(entry)})
-    return rows
-
-
-def tested_table(thesis):
-    return [{'parameter': figures.NAMES[entry['parameter']], 'values': ', '.join(f'{v:g}' for v in entry['values']), 'note': note_of(entry)}
-            for entry in thesis['rows']]
-
-
 def claim_table(verdicts, name):
     return [{'where': place, 'the thesis says': text, 'ours': 'agrees' if verdict.agrees else 'differs', 'our numbers': verdict.ours}
             for experiment, place, text, verdict in verdicts if experiment == name]
 
 
 def figure_groups(experiment):
-    """Panels of one figure of the thesis together: 5-3a and 5-3b are figure 5-3."""
-    panels = experiment.get('figures', [])
-    return [(key, list(group)) for key, group in itertools.groupby(panels, key=lambda p: p['figure'].rstrip('ab'))]
-
-
-def draw(key):
-    """Image of one figure, (experiment, figure)."""
-    name, figure = key
-    experiment = draw.results.experiments[name]
-    return figures.figure_image(draw.results.runs[name], dict(figure_groups(experiment))[figure], experiment['kind'] == 'squares')
+    """The panels of each figure."""
+    panels = [dict(figure, **part) for figure in experiment.get('figures', ()) for part in figure.get('parts', [{}])]
+    return [(key, list(group)) for key, group in itertools.groupby(panels, key=lambda panel: panel['figure'])]
 
 
 def draw_all(results):
-    """All images, by experiment and figure. The processes inherit the results."""
-    draw.results = results
-    keys = [(name, figure) for name, experiment in results.experiments.items() for figure, _ in figure_groups(experiment)]
-    return dict(zip(keys, engine.parallel(draw, keys, title='figures')))
+    """All images, by experiment and figure."""
+    items = {(name, figure): (results.runs[name], panels, experiment['kind'] == 'squares')
+             for name, experiment in results.experiments.items() for figure, panels in figure_groups(experiment)}
+    return dict(zip(items, engine.parallel(figures.figure_image, items.values(), title='figures')))
 
 
 def figure_section(results, images, name):
@@ -209,7 +174,7 @@ def notes_of(results, name):
     if shared and experiment['kind'] != 'usable_range':
         notes.append('In all rows: ' + ', '.join(shared) + '.')
     if name == 'orders':
-        notes.append(answers.number_of_orders(results).text)
+        notes.append(answers.number_of_orders(results).ours)
     return [note for note in notes if note]
 
 
@@ -221,19 +186,9 @@ def experiment_section(results, images, verdicts, name):
             'figures': figure_section(results, images, name)}
 
 
-def data_sections(results):
-    """The tables of the thesis that hold settings, no results."""
-    makers = {'tested_values': tested_table, 'controller_parameters': lambda thesis: parameter_table(results, thesis)}
-    return [{'name': name, 'title': thesis['title'], 'table': makers[thesis['kind']](thesis)}
-            for name, thesis in results.tables.items() if thesis['kind'] in makers]
-
-
-BEYOND = ('comparison', 'belief_accuracy')  # kinds of experiments that the thesis has not
-
-
 def reproduced(results):
     """Names of the experiments that reproduce the thesis or its figures."""
-    return [name for name, experiment in results.experiments.items() if experiment['kind'] not in BEYOND]
+    return [name for name, experiment in results.experiments.items() if experiment['kind'] != 'comparison']
 
 
 def figures_shown(results):
@@ -244,10 +199,8 @@ def figures_shown(results):
 
 def plant_table(results):
     box, ground = (results.config(name)['plant'] for name in ('plant_box', 'plant'))
-    return [{'fitted parameter': words, 'box': f'{box[key]:g}', 'ground': f'{ground[key]:g}', 'unit': unit} for key, words, unit in FITTED]
-
-
-REPEATABLE = 0.15  # ln: the thesis' own repeats of one condition differ by more
+    return [{'fitted parameter': key.replace('_', ' '), 'box': f'{box[key]:g}', 'ground': f'{ground[key]:g}', 'unit': unit}
+            for key, unit in FITTED.items()]
 
 
 def bar_table(results):
@@ -273,7 +226,7 @@ def page(results, images):
     sections = {name: experiment_section(results, images, verdicts, name) for name in results.experiments}
     return rendered(tables=list(results.tables), figures=figures_shown(results), plants=plant_table(results), bars=bar_table(results),
                     answers=answers.answered(results), verdicts=verdicts,
-                    agreed=sum(verdict.agrees for *_, verdict in verdicts), data=data_sections(results),
+                    agreed=sum(verdict.agrees for *_, verdict in verdicts),
                     experiments=[sections[name] for name in reproduced(results)],
                     beyond=[section for name, section in sections.items() if name not in reproduced(results)],
                     beyond_bars=bars.bar_table(results))

@@ -40,12 +40,12 @@ void withBag(const std::string& path, const Work& work) {
   }
 }
 
-/// Finds messages of one of the types on a topic. @throws Error naming the topics with that type if there are none
-/// and the topic is required, or the type of the topic if it is another one.
+/// Finds messages of one of the types on a topic. @throws Error naming the topics with that type if there are none,
+/// or the type of the topic if it is another one.
 template <class Error>
-void requireTopic(const rosbag::Bag& bag, const std::string& topic, const std::vector<std::string>& types,
-                  bool required = true) {
+void requireTopic(const rosbag::Bag& bag, const std::string& topic, const std::vector<std::string>& types) {
   std::vector<std::string> others;
+  bool found = false;
   rosbag::View all(bag);
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
     const bool fits = std::find(types.begin(), types.end(), connection->datatype) != types.end();
@@ -53,10 +53,10 @@ void requireTopic(const rosbag::Bag& bag, const std::string& topic, const std::v
       throw Error(fmt::format("{}: {} has type {}, expected {}", bag.getFileName(), topic, quoted(connection->datatype),
                               fmt::join(types, " or ")));
     }
-    required = required && connection->topic != topic;
+    found = found || connection->topic == topic;
     if (fits) others.push_back(connection->topic);
   }
-  if (!required) return;
+  if (found) return;
   throw Error(fmt::format("{}: no messages on {} ({}); of that type it has {}", bag.getFileName(), topic,
                           fmt::join(types, " or "),
                           others.empty() ? "none" : shortened(fmt::format("{}", fmt::join(others, ", ")))));

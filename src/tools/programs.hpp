@@ -13,9 +13,6 @@ namespace jackal_aic {
 /// Prints the stability certificate of a controller on a plant model; 0 if the gains are stable, else 1.
 int analyze(const std::vector<std::string>& arguments, std::ostream& out);
 
-/// Fits a plant model to a recorded drive.
-int identify(const std::vector<std::string>& arguments, std::ostream& out);
-
 /// Replays a recorded drive through the same code; 1 with --check if it differs from the recording.
 int replay(const std::vector<std::string>& arguments, std::ostream& out);
 

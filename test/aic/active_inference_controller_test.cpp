@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
-#include <utility>
 
-#include "../counted_allocations.hpp"
+#include "jackal_aic/aic/action_bound.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 
 namespace jackal_aic {
@@ -45,19 +45,6 @@ WheelCommand drive(ActiveInferenceController& controller, const ControllerParame
   return wheels;
 }
 
-class Preset : public testing::TestWithParam<ControllerParameters> {};
-
-TEST_P(Preset, DrivesAnIdealRobotToTheSetPoint) {
-  ActiveInferenceController controller(GetParam(), {});
-  const WheelCommand expected = SkidSteerKinematics{GeometryParameters{}}.wheelSpeeds(0.5, 0.4);
-  const WheelCommand wheels = drive(controller, GetParam(), {0.5, 0.0, 0.4}, 400);
-  EXPECT_NEAR(wheels.left, expected.left, 1e-6);
-  EXPECT_NEAR(wheels.right, expected.right, 1e-6);
-  EXPECT_NEAR(controller.belief()(kForward, 0), 0.5, 1e-6);
-  EXPECT_NEAR(controller.belief()(kYaw, 0), 0.4, 1e-6);
-  EXPECT_NEAR(controller.freeEnergy(), 0.0, 1e-9);
-}
-
 ControllerParameters eulerAt(int orders) {
   ControllerParameters controller;
   controller.integrator = Integrator::euler;
@@ -67,8 +54,17 @@ ControllerParameters eulerAt(int orders) {
   return controller;
 }
 
-INSTANTIATE_TEST_SUITE_P(Gains, Preset,
-                         testing::Values(ControllerParameters{}, improved(), eulerAt(3), eulerAt(0), eulerAt(5)));
+TEST(ActiveInferenceController, DrivesAnIdealRobotToTheSetPoint) {
+  const WheelCommand expected = SkidSteerKinematics{GeometryParameters{}}.wheelSpeeds(0.5, 0.4);
+  for (const ControllerParameters& gains : {ControllerParameters{}, improved(), eulerAt(3), eulerAt(0), eulerAt(5)}) {
+    SCOPED_TRACE(testing::Message() << gains.orders << " orders, tau " << gains.tau);
+    ActiveInferenceController controller(gains, {});
+    EXPECT_TRUE(drive(controller, gains, {0.5, 0.0, 0.4}, 400).vector().isApprox(expected.vector(), 1e-7));
+    EXPECT_NEAR(controller.belief()(kForward, 0), 0.5, 1e-6);
+    EXPECT_NEAR(controller.belief()(kYaw, 0), 0.4, 1e-6);
+    EXPECT_NEAR(controller.freeEnergy(), 0.0, 1e-9);
+  }
+}
 
 TEST(ActiveInferenceController, StartsWithTheFirstMeasurement) {
   ActiveInferenceController controller({}, {});
@@ -118,10 +114,9 @@ TEST(ActiveInferenceController, ResetMakesItAsNew) {
 }
 
 TEST(ActiveInferenceController, AdoptedGainsKeepBeliefActionAndMeasurements) {
-  PlantModel plant;
-  plant.dead_time = 0.07;
-  ActiveInferenceController changed(improved(), {}, plant);
+  ActiveInferenceController changed(improved(), {}, PlantModel{}), unbound(improved(), {});
   drive(changed, improved(), {0.5, 0.0, 0.3}, 7);
+  drive(unbound, improved(), {0.5, 0.0, 0.3}, 7);
   const WheelCommand action = changed.action();
   const GeneralizedBody belief = changed.belief();
   const GeneralizedSensor measurement = changed.measurement();
@@ -129,13 +124,10 @@ TEST(ActiveInferenceController, AdoptedGainsKeepBeliefActionAndMeasurements) {
   slower.kappa_a *= 0.5;
   slower.tau = 0.01;
   changed.adoptGains(slower, {});
+  unbound.adoptGains(slower, {});
   EXPECT_EQ(changed.action(), action);
   EXPECT_EQ(changed.belief(), belief);
   EXPECT_EQ(changed.measurement(), measurement);
-
-  ActiveInferenceController unbound(improved(), {});
-  drive(unbound, improved(), {0.5, 0.0, 0.3}, 7);
-  unbound.adoptGains(slower, {});
   const double before = unbound.action().left;
   const double error = unbound.errors().sensory(kWheelLeft, 0), gyro_error = unbound.errors().sensory(kYawRate, 0);
   const double gradient = (error - 0.098 / 0.5621 * gyro_error) / slower.sensory_variances[0];
@@ -154,35 +146,29 @@ TEST(ActiveInferenceController, EveryBeliefUpdateHasTheLatestInputs) {
   ControllerParameters gains = improved();
   SetPoint set_point;
   double stamp = 1.0;
-  const auto set = [&](const SetPoint& wanted) { controller.setSetPoint(set_point = wanted); };
   const auto observe = [&](double speed) { controller.observe(observation(stamp += 0.02, {speed, speed + 0.3}, 0.1)); };
-  const std::pair<const char*, std::function<void()>> changes[] = {
-      {"the first measurement",
-       [&] {
-         set({0.5, 0.1, 0.2}), observe(1.0);
-       }},
-      {"another measurement", [&] { observe(2.0); }},
-      {"another set point",
-       [&] {
-         set({-0.5, 0.0, 0.7});
-       }},
-      {"other gains", [&] { gains.tau = 0.01, controller.adoptGains(gains, {}); }},
-      {"another command",
-       [&] {
-         controller.overrule({1.0, 1.0});
-       }},
-      {"a restart", [&] { controller.restart(); }},
-      {"a gap", [&] { stamp += 1.0, observe(3.0); }},
-      {"a reset", [&] { controller.reset(), set_point = {}, observe(1.0); }}};
-  for (const auto& [after, change] : changes) {
-    change();
+  const auto expectLatestAfter = [&](const char* change) {
     const BeliefUpdate update(GenerativeModel(gains, {}), gains.kappa_mu, gains.beliefStep(), gains.integrator);
     GeneralizedBody expected = controller.belief(), mu_d = GeneralizedBody::Zero(kBodySize, gains.orders + 1);
     mu_d.col(0) = set_point.vector();
     update.step(expected, controller.measurement(), mu_d);
     controller.updateBelief();
-    EXPECT_EQ(controller.belief(), expected) << after;
-  }
+    EXPECT_EQ(controller.belief(), expected) << change;
+  };
+  controller.setSetPoint(set_point = {0.5, 0.1, 0.2});
+  observe(1.0);
+  expectLatestAfter("the first measurement");
+  observe(2.0);
+  expectLatestAfter("another measurement");
+  controller.setSetPoint(set_point = {-0.5, 0.0, 0.7});
+  expectLatestAfter("another set point");
+  gains.tau = 0.01;
+  controller.adoptGains(gains, {});
+  expectLatestAfter("other gains");
+  controller.reset();
+  set_point = {};
+  observe(1.0);
+  expectLatestAfter("a reset");
 }
 
 TEST(ActiveInferenceController, PrintedIsWithoutActionBoundAndStandstill) {
@@ -236,6 +222,87 @@ TEST(ActiveInferenceController, RobotThatStoodIsHandedBackWithoutAJump) {
   };
   EXPECT_GT(commandAfter({}), 5.0);
   EXPECT_NEAR(commandAfter({}), commandAfter({0.5, 0.0, 0.0}), 0.05);
+}
+
+constexpr double kPeriod = 0.02;  // s
+constexpr double kRadius = 0.098;
+constexpr double kLimit = 1.65 / kRadius;  // rad/s^2
+constexpr double kRamp = kLimit * kPeriod;
+
+PlantModel ground() {
+  PlantModel model;
+  model.dead_time = 0.08;
+  model.lag = 0.00636;
+  model.acceleration_limit = 1.65;
+  return model;
+}
+
+ActionBound bound() { return {ground(), {}, kPeriod}; }
+
+Observation measured(double stamp, double left, double right) { return {stamp, 0.0, left, right, 0.0, 0.0}; }
+
+TEST(ActionBound, RampsWithTheMotorsOnTheCurvature) {
+  ActionBound bound = ::jackal_aic::bound();
+  WheelVector action = WheelVector::Zero();
+  for (int k = 1; k <= 50; ++k) {
+    action = bound.bound(action, action + WheelVector(2.0, 4.0), {10.0, 20.0});
+    bound.apply(action);
+    EXPECT_NEAR(action(0), 0.5 * action(1), 1e-9);
+    EXPECT_NEAR(action(1), (k + 1) * kRamp, 1e-9) << "a period ahead of the motor";
+  }
+}
+
+TEST(ActionBound, ActionStaysAtTheGoalWhileAWheelRamps) {
+  ActionBound bound = ::jackal_aic::bound();
+  WheelVector action = WheelVector::Zero();
+  double speed = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    action = bound.bound(action, action + WheelVector(2.0, 2.0), {5.0, 5.0});
+    bound.apply(action);
+    if (k >= 4) speed = std::min(5.0, speed + 0.9 * kRamp);
+    bound.observe(measured(k * kPeriod, speed, speed), {});
+    if (speed < 4.5) {
+      EXPECT_LE(action(0), 5.0) << k;
+    }
+  }
+  EXPECT_GT(action(0), 5.0) << "a wheel that rests is no ramp";
+}
+
+/// An arc: the left wheel follows, the right one has half the model's acceleration.
+TEST(ActionBound, WheelsRampTogether) {
+  ActionBound bound = ::jackal_aic::bound();
+  const WheelVector goal(5.0, 10.0);
+  WheelVector action = WheelVector::Zero();
+  for (int k = 0; k < 40; ++k) {
+    // Behind by more, the right wheel is pressed more.
+    action = bound.bound(action, action + WheelVector(0.1, 1.0), goal);
+    bound.apply(action);
+    const double right = 0.5 * kRamp * k;
+    bound.observe(measured(k * kPeriod, std::min(action(0), right), right), {});
+    if (k > 10 && right < goal(1)) {
+      EXPECT_LE(action(1) / goal(1), action(0) / goal(0) + 0.2) << k;
+    }
+  }
+}
+
+TEST(ActionBound, StopEndsAtZeroWhileTheWheelMoves) {
+  PlantModel quick = ground();
+  quick.acceleration_limit = 100.0;
+  ActionBound bound(quick, {}, kPeriod);
+  WheelVector action(10.0, 10.0);
+  bound.observe(measured(0.0, 10.0, 10.0), {});
+  bound.apply(action);
+  bound.bound(action, action, {10.0, 10.0});
+  int periods = 0;
+  for (; action(0) > 0.0 && periods < 100; ++periods) {
+    const WheelVector next = bound.bound(action, action - WheelVector(3.0, 3.0), WheelVector::Zero());
+    EXPECT_GE(next(0), 0.0) << "reverses while the wheel moves";
+    action = next;
+    bound.apply(action);
+  }
+  EXPECT_NEAR(periods * kPeriod, ActionBound::kShortestStop, 1e-9);
+  bound.observe(measured(1.0, 0.1, 0.1), {});
+  EXPECT_LT(bound.bound(action, {-0.1, -0.1}, WheelVector::Zero())(0), 0.0) << "at rest it holds the robot";
 }
 
 }  // namespace

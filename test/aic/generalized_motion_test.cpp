@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <deque>
-#include <limits>
+
+#include "jackal_aic/aic/sensor_reconstruction.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -27,7 +27,6 @@ Eigen::MatrixXd backwardDifferenceMatrix(int orders, double step) {
 
 constexpr double kShortestGap = 0.005;  // s
 
-/// For the Jackal's sensors.
 struct Generalization : jackal_aic::Generalization<kSensorSize> {
   using jackal_aic::Generalization<kSensorSize>::Generalization;
   SampleVerdict update(const Observation& y) {
@@ -37,37 +36,37 @@ struct Generalization : jackal_aic::Generalization<kSensorSize> {
 
 Observation sample(double stamp, double value) { return {stamp, value, 2 * value, -value, 0.5 * value, 3 * value}; }
 
-class GeneralizationOfOrder : public testing::TestWithParam<int> {};
-
-TEST_P(GeneralizationOfOrder, StartsAsAConstantSignalWithoutASpike) {
-  const int p = GetParam();
-  Generalization generalization(p, kShortestGap, 0.2);
-  EXPECT_EQ(generalization.update(sample(10.0, 4.0)), SampleVerdict::restarted);
-  EXPECT_EQ(generalization.measurement().col(0), sample(10.0, 4.0).vector());
-  EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
-  EXPECT_EQ(generalization.update(sample(10.02, 4.0)), SampleVerdict::accepted);
-  EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
-}
-
-TEST_P(GeneralizationOfOrder, RecursionEqualsTheWindowedFormOf321) {
-  const int p = GetParam();
-  const double h = 0.01;
-  Generalization generalization(p, kShortestGap, 0.2);
-  std::deque<double> window;
-  for (int k = 0; k < 40; ++k) {
-    const double value = std::sin(0.3 * k) + 0.1 * k;
-    generalization.update(sample(k * h, value));
-    window.push_back(value);
-    if (window.size() > static_cast<std::size_t>(p) + 1) window.pop_front();
-  }
-  const Eigen::VectorXd samples = Eigen::VectorXd::NullaryExpr(p + 1, [&](Eigen::Index i) { return window[i]; });
-  const Eigen::VectorXd windowed = backwardDifferenceMatrix(p, h) * samples;
-  for (int i = 0; i <= p; ++i) {
-    EXPECT_NEAR(generalization.measurement()(kYawRate, i), windowed(i), 1e-7 * std::pow(1 / h, i)) << "order " << i;
+TEST(Generalization, StartsAsAConstantSignalWithoutASpike) {
+  for (int p = 0; p <= kMaxOrders; ++p) {
+    Generalization generalization(p, kShortestGap, 0.2);
+    for (const double start : {10.0, 0.02}) {  // a reset forgets the stamps too
+      EXPECT_FALSE(generalization.hasMeasurement());
+      EXPECT_EQ(generalization.update(sample(start, 4.0)), SampleVerdict::restarted);
+      EXPECT_EQ(generalization.measurement().col(0), sample(start, 4.0).vector());
+      EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
+      EXPECT_EQ(generalization.update(sample(start + 0.02, 4.0)), SampleVerdict::accepted);
+      EXPECT_EQ(generalization.measurement().rightCols(p).norm(), 0.0);
+      generalization.update(sample(start + 0.04, 5.0));
+      generalization.reset();
+    }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Orders, GeneralizationOfOrder, testing::Range(0, kMaxOrders + 1));
+TEST(Generalization, RecursionEqualsTheWindowedFormOf321) {
+  constexpr double kStep = 0.01;
+  for (int p = 0; p <= kMaxOrders; ++p) {
+    Generalization generalization(p, kShortestGap, 0.2);
+    Eigen::VectorXd window(40);
+    for (int k = 0; k < 40; ++k) {
+      window(k) = std::sin(0.3 * k) + 0.1 * k;
+      generalization.update(sample(k * kStep, window(k)));
+    }
+    const Eigen::VectorXd windowed = backwardDifferenceMatrix(p, kStep) * window.tail(p + 1);
+    for (int i = 0; i <= p; ++i) {
+      EXPECT_NEAR(generalization.measurement()(kYawRate, i), windowed(i), 1e-7 * std::pow(1 / kStep, i)) << p << i;
+    }
+  }
+}
 
 TEST(Generalization, SamplesCloseTogetherHoldTheDerivatives) {
   Generalization generalization(2, kShortestGap, 0.2), of_the_others(generalization);
@@ -90,33 +89,55 @@ TEST(Generalization, SamplesCloseTogetherHoldTheDerivatives) {
   EXPECT_EQ(generalization.measurement(), of_the_others.measurement()) << "without the close sample";
 }
 
-/// A sensor that is faster than configured.
-TEST(Generalization, FastSensorIsDifferencedOverTheShortestGap) {
-  Generalization generalization(1, kShortestGap, 0.2);
-  for (int k = 0; k < 100; ++k) generalization.update(sample(0.001 * k, 0.003 * k));
-  EXPECT_NEAR(generalization.measurement()(kYawRate, 1), 3.0, 1e-9);
-}
-
 TEST(Generalization, RefusesNumbersThatAreNotFinite) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
   Generalization generalization(2, kShortestGap, 0.2);
   generalization.update(sample(1.00, 2.0));
   const GeneralizedSensor before = generalization.measurement();
-  EXPECT_EQ(generalization.update(sample(1.02, nan)), SampleVerdict::not_finite);
-  EXPECT_EQ(generalization.update(sample(1.02, std::numeric_limits<double>::infinity())), SampleVerdict::not_finite);
-  EXPECT_EQ(generalization.update(sample(nan, 1.0)), SampleVerdict::not_finite);
+  for (const Observation& bad : {sample(1.02, std::nan("")), sample(1.02, HUGE_VAL), sample(std::nan(""), 1.0)}) {
+    EXPECT_EQ(generalization.update(bad), SampleVerdict::not_finite);
+  }
   EXPECT_EQ(generalization.measurement(), before);
 }
 
-TEST(Generalization, ResetForgetsTheHistory) {
-  Generalization generalization(1, kShortestGap, 0.2);
-  generalization.update(sample(5.0, 3.0));
-  generalization.update(sample(5.02, 4.0));
-  generalization.reset();
-  EXPECT_FALSE(generalization.hasMeasurement());
-  EXPECT_EQ(generalization.update(sample(0.02, 1.0)), SampleVerdict::restarted)
-      << "an earlier stamp is fine after a reset";
-  EXPECT_EQ(generalization.measurement().col(1).norm(), 0.0);
+constexpr ChannelValidity kAll, kNoGyro{false, true, true, true}, kNoLeft{true, false, true, true},
+    kNoRight{true, true, false, true}, kNoAccelerometer{true, true, true, false};
+
+/// A robot in an arc to the left: 0.5 m/s, 0.8 rad/s.
+class Arc : public testing::Test {
+ protected:
+  Arc() {
+    const WheelCommand wheels = kinematics.wheelSpeeds(0.5, 0.8);
+    complete = {3.0, 0.8, wheels.left, wheels.right, 0.3, 0.0};
+  }
+
+  const SkidSteerKinematics kinematics{GeometryParameters{0.098, 0.5621, 0.9}};
+  Observation complete;
+};
+
+TEST_F(Arc, LostChannelFollowsFromTheOthers) {
+  for (const ChannelValidity& valid : {kAll, kNoGyro, kNoLeft, kNoRight, kNoAccelerometer}) {
+    Observation observation = complete, expected = complete;
+    observation.valid = valid;
+    if (!valid.yaw_rate) observation.yaw_rate = std::nan("");
+    if (!valid.wheel_left) observation.wheel_left = std::nan("");
+    if (!valid.wheel_right) observation.wheel_right = std::nan("");
+    if (!valid.acceleration) observation.acceleration_x = std::nan("");
+    if (!valid.acceleration) expected.acceleration_x = 0.0;
+    const Observation found = reconstructed(observation, kinematics).value();
+    EXPECT_TRUE(found.vector().isApprox(expected.vector(), 1e-12)) << found.vector().transpose();
+    EXPECT_EQ(found.stamp, 3.0);
+    EXPECT_TRUE(found.valid.all());
+  }
+}
+
+TEST_F(Arc, TwoLostChannelsAreNotReconstructed) {
+  for (const ChannelValidity& valid : {ChannelValidity{true, false, false, true},
+                                       {false, true, false, true},
+                                       {false, false, true, true},
+                                       {false, false, false, true}}) {
+    complete.valid = valid;
+    EXPECT_FALSE(reconstructed(complete, kinematics));
+  }
 }
 
 }  // namespace

@@ -23,12 +23,11 @@ class Allocations : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(Allocations, NoneInMeasurementsSetPointsBeliefsAndActions) {
-  const PackageFiles files;
-  LoopSetup setup = loadSetup(files, GetParam(), "ground", {});
+  LoopSetup setup = loadSetup(GetParam(), "ground", {});
   setup.drive.faults = FaultParameters{};
   setup.drive.open_loop_monitored = true;
   auto controller = makeController(setup.drive);
-  setup.drive.plant_model = monitorModel(files, "ground");  // of the fault detection; the open loop has none
+  setup.drive.plant_model = monitorModel("ground");  // of the fault detection; the open loop has none
   JackalPlant plant(setup.urdf, setup.plant);
   DriveLoop loop(setup.drive, std::move(controller));
   FaultInjector faults({{FaultKind::freeze, FaultChannel::left, 0.0, 3.0, 1.0},

@@ -199,7 +199,7 @@ bool comesToRest(const Thesis& c, const Verdict& clear) {
 TEST(CertificateVerification, AgreesWithEveryRun) {
   Draw draw(20221);
   expectAgreement(
-      600, [&] { return drawThesis(draw); },
+      300, [&] { return drawThesis(draw); },
       [](const Thesis& c) {
         return comesToRest(c, {1e-6, 1e6, 198});
       });
@@ -319,7 +319,7 @@ bool comesToRest(const Predictive& c) {
 TEST(PredictiveCertificate, AgreesWithEveryRunOnALinearRobot) {
   Draw draw(2026);
   expectAgreement(
-      300, [&] { return drawPredictive(draw); }, [](const Predictive& c) { return comesToRest(c); });
+      150, [&] { return drawPredictive(draw); }, [](const Predictive& c) { return comesToRest(c); });
 }
 
 /// This loop is unstable with 0.0316 to 0.0397 s more dead time and stable again up to 0.051 s.

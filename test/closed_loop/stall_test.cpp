@@ -18,7 +18,7 @@ constexpr double kEnd = 4.0;    // s
 constexpr double kSpeed = 1.0;  // m/s
 
 const LoopSetup& setup() {
-  static const LoopSetup setup = loadSetup(PackageFiles(), "predictive", "ground", {});
+  static const LoopSetup setup = loadSetup("predictive", "ground", {});
   return setup;
 }
 

@@ -1,19 +1,15 @@
 #!/usr/bin/python3
-"""The documentation against the repository: links lead somewhere, programs and equations are where it says, every message that is
+"""The documentation against the repository: links lead somewhere, files and equations are where it says, every message that is
 logged is explained, requirements are tied to tests, and the commands of its pages run.
 
 Argument: whose commands run, "users" (README, tutorial, guides) or "others"; in two programs, because they take minutes. All other
 tests are of "others".
 """
 
-import os
 import pathlib
 import re
-import signal
 import subprocess
 import sys
-import tempfile
-import time
 import unittest
 
 import rosunit
@@ -58,13 +54,6 @@ class Pages(unittest.TestCase):
         for page, name in files:
             self.assertTrue((SOURCE / name).exists(), (page, name))
 
-    def test_every_program_that_they_start_is_built_here(self):
-        build = '\n'.join(path.read_text() for path in sources('src', 'sim', 'test') if path.name == 'CMakeLists.txt')
-        programs = matches(r'rosrun jackal_aic (\w+)')
-        self.assertGreater(len(programs), 20)
-        for page, name in programs:
-            self.assertRegex(build, r'(add_executable\(|foreach\(example[^)]*|install(_python)?\(PROGRAMS [^)]*/)' + name + r'\b', page)
-
     def test_every_equation_is_where_it_says(self):
         rows = re.findall(r'\| ([a-z_/]+\.(?:hpp|py)) \| (\w+) \|', (SOURCE / 'doc/reference/equations.md').read_text())
         self.assertGreater(len(rows), 20)
@@ -74,10 +63,8 @@ class Pages(unittest.TestCase):
     def test_are_plain_and_wrapped(self):
         self.assertEqual(subprocess.call([sys.executable, str(SOURCE / 'test/doc/readability'), str(SOURCE)]), 0)
 
-    def test_the_readme_is_short_and_says_that_no_robot_has_driven(self):
-        lines = (SOURCE / 'README.md').read_text().splitlines()
-        self.assertLessEqual(len(lines), 110)
-        self.assertIn('simulation only so far, never on a robot', '\n'.join(lines[:5]))
+    def test_the_readme_says_that_no_robot_has_driven(self):
+        self.assertIn('simulation only so far, never on a robot', (SOURCE / 'README.md').read_text()[:500])
 
 
 def test_names():
@@ -154,43 +141,8 @@ class Messages(unittest.TestCase):
             self.assertTrue(of_no_call or text in logged or text.split('…')[0] in logged, text)
 
 
-def processes(word):
-    """Ids of the processes with a word in their command."""
-    found = set()
-    for path in pathlib.Path('/proc').glob('[0-9]*/cmdline'):
-        try:
-            if word in path.read_bytes().decode(errors='replace'):
-                found.add(int(path.parent.name))
-        except OSError:
-            pass  # it has ended
-    return found
-
-
 class Commands(unittest.TestCase):
     """Of a page, in their order."""
-
-
-class KilledCommands(unittest.TestCase):
-
-    def wait(self, condition):
-        end = time.monotonic() + 60.0
-        while not condition() and time.monotonic() < end:
-            time.sleep(0.1)
-        self.assertTrue(condition())
-
-    def test_end_with_the_program_that_runs_them(self):
-        with tempfile.TemporaryDirectory() as directory:
-            launch, page = (pathlib.Path(directory, name) for name in ('one.launch', 'page.md'))
-            launch.write_text(f'<launch><node name="one" pkg="rosbag" type="record" args="-O {directory}/node /one"/></launch>')
-            page.write_text(f'    roslaunch {launch}\n    rosbag record -O {directory}/command /one\n')
-            with subprocess.Popen([sys.executable, str(SOURCE / 'test/doc/run_commands'), str(SOURCE), str(page)]) as program:
-                self.wait(lambda: processes(directory + '/node') and processes(directory + '/command'))
-                program.kill()
-            try:
-                self.wait(lambda: not processes(directory))
-            finally:
-                for process in processes(directory):
-                    os.kill(process, signal.SIGINT)
 
 
 def add_page(page):

@@ -136,7 +136,6 @@ inline Observation mirrored(Observation y) {
 
 /// The wheel of a side, measured, and its verdict.
 inline double& wheelOf(Observation& y, bool left) { return left ? y.wheel_left : y.wheel_right; }
-inline bool& validWheelOf(Observation& y, bool left) { return left ? y.valid.wheel_left : y.valid.wheel_right; }
 inline const ChannelHealth& wheelOf(const Robot& robot, bool left) {
   const FaultReport& report = robot.monitor.report();
   return left ? report.wheel_left : report.wheel_right;

@@ -5,10 +5,11 @@
 #include <ros/time.h>
 
 #include <algorithm>
+#include <cfloat>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <limits>
-#include <memory>
+#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
@@ -16,7 +17,6 @@
 #include "../repository.hpp"
 #include "inputs/sensors.hpp"
 #include "inputs/set_points.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_aic/safety/drive_loop.hpp"
 #include "parameters/node_parameters.hpp"
 
@@ -38,51 +38,32 @@ class Random {
   explicit Random(std::uint64_t seed) : engine_(seed) {}
 
   std::size_t below(std::size_t size) { return size == 0 ? 0 : static_cast<std::size_t>(engine_() % size); }
-  bool chance(double probability) { return static_cast<double>(engine_() >> 11) * 0x1p-53 < probability; }
-  double between(double low, double high) {
-    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
-  }
+  double fraction() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  bool chance(double probability) { return fraction() < probability; }
+  double between(double low, double high) { return low + (high - low) * fraction(); }
 
   /// Mostly a number of everyday size, else one that arithmetic may stumble over.
   double number() {
-    constexpr double kOdd[] = {0.0,
-                               -0.0,
-                               1e-320,
-                               std::numeric_limits<double>::min(),
-                               1e15,
-                               -1e38,
-                               1e300,
-                               -1e308,
-                               std::numeric_limits<double>::max(),
-                               std::numeric_limits<double>::infinity(),
-                               -std::numeric_limits<double>::infinity(),
-                               std::numeric_limits<double>::quiet_NaN()};
-    if (chance(0.7)) return between(-5.0, 5.0);
-    return kOdd[below(sizeof kOdd / sizeof *kOdd)];
+    constexpr double kOdd[] = {0.0,   -0.0,   1e-320,  DBL_MIN,  1e15,      -1e38,
+                               1e300, -1e308, DBL_MAX, HUGE_VAL, -HUGE_VAL, NAN};
+    return chance(0.7) ? between(-5.0, 5.0) : kOdd[below(std::size(kOdd))];
   }
 
  private:
   std::mt19937_64 engine_;
 };
 
-NodeParameters shipped(const std::string& preset) {
-  ParameterMap map;
-  addYamlText(textOf("config/jackal.yaml"), "jackal", map);
-  addYamlText(textOf("config/" + preset + ".yaml"), preset, map);
-  addYamlText(textOf("config/plant_model.yaml"), "plant_model", map);
-  return readNodeParameters(map, [] { return textOf("sim/urdf/jackal.urdf"); });
-}
-
 /// What the node does between its topics, on a time of its own.
 class Loop {
  public:
   Loop(const std::string& preset, std::uint64_t seed)
       : random_(seed),
-        parameters_(shipped(preset)),
+        parameters_(readNodeParameters(shipped({"jackal", preset, "plant_model"}),
+                                       [] { return textOf("sim/urdf/jackal.urdf"); })),
         kinematics_(parameters_.geometry),
         loop_(parameters_, makeController(parameters_)),
         sensors_(parameters_.robot, frames_, [this](const Observation& observation, const ros::Time&) {
-          taken_ += loop_.observe(observation, now_) ? 1 : 0;
+          taken_ += loop_.observe(observation, now_);
         }) {
     geometry_msgs::TransformStamped mounting;
     mounting.header.frame_id = "base_link";
@@ -95,19 +76,15 @@ class Loop {
   void step() {
     now_ += random_.between(0.0, 0.01);
     if (random_.chance(0.0005)) now_ += random_.between(-0.5, 0.5);
-    switch (random_.below(3)) {
-      case 0:
-        takeSetPoint();
-        break;
-      case 1:
-        if (const auto reading = sensors_.addWheels(boost::make_shared<sensor_msgs::JointState>(wheels()), time())) {
-          taken_ += loop_.receiveWheels(*reading, now_) ? 1 : 0;
-        }
-        break;
-      default:
-        if (const auto reading = sensors_.addImu(boost::make_shared<sensor_msgs::Imu>(imu()), time())) {
-          taken_ += loop_.receiveImu(*reading, now_) ? 1 : 0;
-        }
+    const std::size_t kind = random_.below(3);
+    if (kind == 0) takeSetPoint();
+    if (kind == 1) {
+      const auto reading = sensors_.addWheels(boost::make_shared<sensor_msgs::JointState>(wheels()), ros::Time(now_));
+      taken_ += reading && loop_.receiveWheels(*reading, now_);
+    }
+    if (kind == 2) {
+      const auto reading = sensors_.addImu(boost::make_shared<sensor_msgs::Imu>(imu()), ros::Time(now_));
+      taken_ += reading && loop_.receiveImu(*reading, now_);
     }
     RobotStatus status;
     status.emergency_stop = random_.chance(0.01);
@@ -129,8 +106,6 @@ class Loop {
     ASSERT_TRUE(loop_.setPoint().vector().allFinite());
   }
 
-  ros::Time time() const { return ros::Time(now_); }
-
   ros::Time stamp() {
     if (random_.chance(0.9)) return ros::Time(now_);
     const double times[] = {0.0, now_ - 1.0, now_ + 1.0, 4e9};
@@ -146,10 +121,12 @@ class Loop {
     sensor_msgs::JointState message;
     message.header.stamp = stamp();
     const bool plain = random_.chance(0.8);
-    for (std::size_t i = 0, size = plain ? 4 : random_.below(8); i < size; ++i) {
-      message.name.push_back(kNames[plain ? i : random_.below(kNames.size())]);
+    message.name.resize(plain ? 4 : random_.below(8));
+    message.velocity.resize(plain ? 4 : random_.below(8));
+    for (std::size_t i = 0; i < message.name.size(); ++i) {
+      message.name[i] = kNames[plain ? i : random_.below(kNames.size())];
     }
-    for (std::size_t i = 0, size = plain ? 4 : random_.below(8); i < size; ++i) message.velocity.push_back(value());
+    for (double& velocity : message.velocity) velocity = value();
     message.position.resize(random_.chance(0.9) ? message.velocity.size() : random_.below(8), value());
     return message;
   }
@@ -158,10 +135,10 @@ class Loop {
     sensor_msgs::Imu message;
     message.header.stamp = stamp();
     message.header.frame_id = random_.chance(0.95) ? "imu_link" : "";
-    message.angular_velocity.x = value();
-    message.angular_velocity.z = value();
-    message.linear_acceleration.x = value();
-    message.linear_acceleration.y = value();
+    for (double* number : {&message.angular_velocity.x, &message.angular_velocity.z, &message.linear_acceleration.x,
+                           &message.linear_acceleration.y}) {
+      *number = value();
+    }
     message.linear_acceleration.z = 9.81;
     message.orientation.w = random_.chance(0.9) ? 1.0 : random_.number();
     return message;
@@ -178,7 +155,7 @@ class Loop {
     ASSERT_LE(std::abs(change(kForward)), kSlack * kActionPeriod * limits.linear_acceleration + 1e-12);
     ASSERT_LE(std::abs(change(kYaw)), kSlack * kActionPeriod * limits.angular_acceleration + 1e-12);
     last_ = command;
-    driven_ += loop_.status().decision.status == DriveStatus::driving && command != WheelCommand{} ? 1 : 0;
+    driven_ += loop_.status().decision.status == DriveStatus::driving && command != WheelCommand{};
   }
 
   Random random_;

@@ -26,6 +26,14 @@ double limitShare(WheelBelief wheel, const PlantModel& drive) {
   return wheel.acceleration() * kRadius / drive.acceleration_limit;
 }
 
+/// Gives a command for a time [s] to a wheel that keeps a speed [rad/s].
+void keep(WheelBelief& wheel, double command, double speed, double seconds) {
+  for (int k = 1; k <= std::lround(1000.0 * seconds); ++k) {
+    wheel.predict(command);
+    if (k % 20 == 0) wheel.correct(speed);
+  }
+}
+
 TEST(WheelBelief, PredictsDeadTimeAndLag) {
   const double dead_time = 0.05, lag = 0.1;
   WheelBelief wheel(model(dead_time, lag), kRadius, {});
@@ -148,16 +156,10 @@ TEST(WheelBelief, WrongDisturbanceIsFoundAtConstantSpeed) {
   model.lag = 0.036;
   model.acceleration_limit = 0.8;
   WheelBelief belief(model, 0.098, {});
-  const auto keep = [&](double command, double speed, double seconds) {
-    for (int k = 1; k <= std::lround(1000.0 * seconds); ++k) {
-      belief.predict(command);
-      if (k % 20 == 0) belief.correct(speed);
-    }
-  };
   belief.reset(5.1);
-  keep(8.1, 5.1, 5.0);
+  keep(belief, 8.1, 5.1, 5.0);
   EXPECT_NEAR(belief.disturbance(), -3.0, 0.1);
-  keep(-2.6, -2.2, 6.0);
+  keep(belief, -2.6, -2.2, 6.0);
   EXPECT_NEAR(belief.disturbance(), 0.4, 0.1);
   EXPECT_NEAR(belief.speed(), -2.2, 0.02);
 }
@@ -202,10 +204,7 @@ TEST(WheelBelief, LearnedLimitIsForgottenAtConstantSpeed) {
     if (k % 20 == 19) wheel.correct(speed);
   }
   ASSERT_LT(limitShare(wheel, drive), 0.5);
-  for (int k = 0; k < 4000; ++k) {
-    wheel.predict(speed + 7.0);  // more than the wheel does, and it stays as it is
-    if (k % 20 == 19) wheel.correct(speed);
-  }
+  keep(wheel, speed + 7.0, speed, 4.0);  // more than the wheel does, and it stays as it is
   EXPECT_NEAR(limitShare(wheel, drive), 1.0, 1e-9) << "a belief that crawls would hide that something else is wrong";
 }
 

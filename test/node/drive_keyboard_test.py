@@ -24,7 +24,7 @@ class DriveKeyboard(unittest.TestCase):
         self.process = subprocess.Popen(bound_to_parent(['rosrun', 'jackal_aic', 'drive_keyboard']), stdin=self.terminal,
                                         stdout=self.terminal, stderr=self.terminal, start_new_session=True)
         os.set_blocking(self.master, False)
-        self.wait(lambda: not self.cooked() and self.heard.publishers > 0)
+        self.wait(lambda: not self.cooked() and self.heard.subscriber.get_num_connections() > 0)
 
     def tearDown(self):
         self.process.kill()
@@ -45,7 +45,6 @@ class DriveKeyboard(unittest.TestCase):
         self.assertTrue(condition())
 
     def type(self, keys, forward, yaw_rate):
-        """Expects the set point that the keys lead to."""
         os.write(self.master, keys)
         self.wait(lambda: self.heard and abs(self.heard[-1].linear.x - forward) < 1e-9 and
                   abs(self.heard[-1].angular.z - yaw_rate) < 1e-9)

@@ -2,32 +2,24 @@
 """What a controller drives, believes and publishes on the ROS path, and that it is what it drives without ROS."""
 
 import bisect
-import sys
-import unittest
 
 import jackal_aic
 import numpy
-import rospy
-import rostest
-from dynamic_reconfigure.msg import Config, DoubleParameter
-from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import TwistWithCovarianceStamped
 from jackal_aic.msg import SensorGeneralized
 from jackal_msgs.msg import Drive
 from nav_msgs.msg import Odometry
 
-from simulated_robot import Log, RADIUS, Robot, call
+from simulated_robot import Log, RADIUS, RobotTest, run_test
 
 SPEED, TURN = 0.5, 0.5  # m/s, rad/s
 TRANSPORT = 0.01  # s; commands and measurements take a few ms from node to node
 
 
-class Base(unittest.TestCase):
+class Base(RobotTest):
 
     def setUp(self):
-        self.robot = Robot(self)
-        self.addCleanup(self.robot.close)
-        self.robot.wait_until_ready()
+        super().setUp()
         self.robot.rest()
 
     def mean(self, pairs, begin, end):
@@ -129,8 +121,6 @@ class Standard(Base):
 
 
 class Predictive(Base):
-    """As fast as open loop and as exact as without ROS, with a belief that tells the truth."""
-
     def as_offline(self, forward, yaw_rate=0.0):
         path = self.step(forward, yaw_rate)
         same, open_loop = (self.offline(controller, forward, yaw_rate) for controller in ('predictive', 'diff_drive'))
@@ -164,27 +154,6 @@ class Predictive(Base):
         self.assertLess(rms([belief.twist.twist.linear.x for belief in beliefs], forward), 0.03 * SPEED)
         self.assertLess(rms([belief.twist.twist.angular.z for belief in beliefs], yaw_rate), 0.1 * TURN)
 
-    def request(self, name, value, section='predictive'):
-        answer = call('/controller/{}/set_parameters'.format(section), Reconfigure, Config(doubles=[DoubleParameter(name, value)]))
-        return {number.name: number.value for number in answer.config.doubles}[name]
-
-    def test_gains_change_while_it_drives_and_unstable_ones_are_refused(self):
-        self.robot.command(SPEED)
-        self.robot.run(2.0)
-        self.robot.clear()
-        self.assertEqual(self.request('reference_time', 0.2), 0.2)
-        self.assertEqual(self.request('action_learning_rate', 0.0), 1.0, 'unstable: the running one stays')
-        self.robot.run(1.0)
-        speeds = self.robot.series('forward')[1]
-        self.assertGreater(min(speeds), 0.97 * SPEED, 'without a jump')
-        self.assertLess(max(speeds), 1.03 * SPEED, 'without a jump')
-        self.assertEqual(self.request('wheel_variance', 9e-3, 'sensors'), 9e-3)
-        self.assertEqual(self.request('reference_time', 0.01), 0.01)
-        self.assertEqual(rospy.get_param('/controller/sensors/wheel_variance'), 9e-3, 'outlives other gains')
-        self.assertEqual(self.request('wheel_variance', 9e-4, 'sensors'), 9e-4)
-
 
 if __name__ == '__main__':
-    rospy.init_node('drive_test')
-    TESTS = {'controller_node': ControllerNode, 'standard': Standard, 'predictive': Predictive}
-    rostest.rosrun('jackal_aic', sys.argv[1], TESTS[sys.argv[1]])
+    run_test(controller_node=ControllerNode, standard=Standard, predictive=Predictive)

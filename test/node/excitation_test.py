@@ -4,7 +4,6 @@
 import pathlib
 import subprocess
 import tempfile
-import unittest
 
 import rospy
 import rostest
@@ -12,21 +11,18 @@ from geometry_msgs.msg import Twist
 from jackal_msgs.msg import Drive
 from std_msgs.msg import Bool
 
-from simulated_robot import Process, RADIUS, Robot, advertise, configure
+from simulated_robot import Process, RADIUS, RobotTest, advertise, configure
 
 CONTROLLER = '/excitation_controller'
 TRACK = 0.563385  # m, of the stock controller
 
 
-class Excitation(unittest.TestCase):
+class Excitation(RobotTest):
 
-    def setUp(self):
-        self.robot = Robot(self)
-        self.addCleanup(self.robot.close)
+    def wait_until_ready(self):
         self.robot.wait(lambda: self.robot.now() > 0.0, 'the clock')
 
     def start(self, name, *arguments, output='cmd_drive'):
-        """The controller as identify.launch configures it, and the excitation."""
         if rospy.has_param(CONTROLLER):
             rospy.delete_param(CONTROLLER)
         configure(CONTROLLER[1:], 'advanced', 'diff_drive')
@@ -58,30 +54,30 @@ class Excitation(unittest.TestCase):
         stop = advertise('e_stop', Bool, latch=True)
         self.addCleanup(stop.unregister)
         stop.publish(True)
+        return 'emergency stop'
 
     def test_refuses_to_drive_beside_another_or_under_an_emergency_stop(self):
-        self.expect_end(self.start('beside'), self.another())
-        self.doCleanups()
-        self.setUp()
-        self.emergency_stop()
-        self.expect_end(self.start('under'), 'emergency stop')
-        self.assertFalse(self.driven())
+        for name, disturb in (('beside', self.another), ('under', self.emergency_stop)):
+            self.expect_end(self.start(name), disturb())
+            self.assertFalse(self.driven())
+            self.doCleanups()
+            self.setUp()
 
     def test_ends_with_an_emergency_stop_or_another_publisher(self):
-        process = self.start('stopped')
-        self.begun()
-        self.emergency_stop()
-        self.expect_end(process, 'was not driven to its end: emergency stop')
-        self.robot.wait(lambda: self.robot.drives[-1].drivers[0] == 0.0, 'the robot to stand', 2.0)
-        self.doCleanups()
-        self.setUp()
-        process = self.start('exciter')
-        self.begun()
-        self.expect_end(process, self.another())
+        for name, disturb in (('exciter', self.another), ('stopped', self.emergency_stop)):
+            process = self.start(name)
+            self.begun()
+            said = disturb()
+            self.expect_end(process, said)
+            if name == 'stopped':
+                self.assertIn('was not driven to its end: ' + said, process.errors())
+                self.robot.wait(lambda: self.robot.drives[-1].drivers[0] == 0.0, 'the robot to stand', 2.0)
+            self.doCleanups()
+            self.setUp()
 
     def test_waits_for_confirmation_and_keeps_its_acceleration(self):
         process = self.start('confirmed', '--confirm', 'true')
-        self.robot.run(15.0)
+        self.robot.run(6.0)
         self.assertFalse(self.driven(), 'not confirmed yet')
         self.assertFalse(process.ended(), process.errors())
         process.confirm()

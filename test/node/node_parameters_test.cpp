@@ -1,44 +1,39 @@
+// Parameters of the node, from files, the parameter server, dynamic_reconfigure and the learned file; no master.
+
 #include "parameters/node_parameters.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
+#include <filesystem>
+#include <fstream>
 #include <regex>
 #include <set>
-#include <type_traits>
+#include <string>
+#include <tuple>
+#include <utility>
 
+#include "../command.hpp"
 #include "../complaint.hpp"
 #include "../repository.hpp"
+#include "../temporary_directory.hpp"
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml_text.hpp"
+#include "parameters/learned_file.hpp"
 #include "parameters/live_parameters.hpp"
-#include "plant_parameters.hpp"
+#include "parameters/ros_parameters.hpp"
 
 namespace jackal_aic {
 namespace {
 
 std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
 
-ParameterMap shipped(const std::vector<std::string>& files) {
-  ParameterMap map;
-  for (const std::string& file : files) addYamlFile((kRoot / "config" / (file + ".yaml")).string(), map);
-  return map;
-}
-
 std::string refusal(const ParameterMap& map, const std::string& urdf = jackalUrdf()) {
   const std::string said = complaint([&] { readNodeParameters(map, [&] { return urdf; }); });
   EXPECT_NE(said, "") << "accepted";
   return said;
-}
-
-TEST(NodeParameters, ShippedFilesAreCompleteAndValid) {
-  for (const char* preset : {"standard", "improved", "tuned"}) {
-    const NodeParameters parameters = readNodeParameters(shipped({"jackal", preset}), jackalUrdf);
-    EXPECT_DOUBLE_EQ(parameters.geometry.effective_track, 0.5621);
-    EXPECT_DOUBLE_EQ(parameters.geometry.wheel_radius, 0.098) << "from the URDF";
-    EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
-    EXPECT_FALSE(parameters.plant_model);
-  }
 }
 
 TEST(NodeParameters, WhatDoesNotFitIsRefusedByName) {
@@ -98,6 +93,8 @@ TEST(NodeParameters, OneVarianceOfASensorIsForAllThatWeighByIt) {
 TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
   ParameterMap map = shipped({"standard"});
   NodeParameters parameters = readNodeParameters(map, jackalUrdf);
+  EXPECT_EQ(parameters.output, OutputMode::cmd_drive);
+  EXPECT_FALSE(parameters.plant_model);
   EXPECT_NEAR(parameters.geometry.effective_track, 1.5 * 0.37559, 1e-9);
   EXPECT_NEAR(parameters.geometry.wheel_radius, 0.098, 1e-9);
 
@@ -111,7 +108,6 @@ TEST(NodeParameters, TakesGeometryFromTheUrdfUnlessTheYamlGivesIt) {
   EXPECT_EQ(parameters.geometry.effective_track, 0.6);
 }
 
-/// The bounds of a radius and a track hold wherever they come from.
 TEST(NodeParameters, AUrdfThatIsMissingOrWrongIsRefused) {
   const ParameterMap map = shipped({"jackal", "standard"});
   const auto withRadius = [](const std::string& radius) {
@@ -126,115 +122,214 @@ TEST(NodeParameters, AUrdfThatIsMissingOrWrongIsRefused) {
   EXPECT_EQ(refusal(map, withRadius("1e-9")).rfind("URDF: robot.wheel_radius = 1e-09", 0), 0u);
 }
 
-/// Expects that each bound of a gain shown at run time is the last value that is accepted towards `beyond`, and that
-/// the server does not clamp to one before it asks.
+/// Expects that each setting of a server of gains starts from the default of its parameter, that each bound it shows is
+/// the last value that is accepted, and that it does not clamp to that before it asks. Returns the names.
 template <class Config, class Parameters>
-void expectBounds(Parameters parameters, double Bounds::*side, double beyond) {
-  const Config generated = beyond < 0.0 ? Config::__getMin__() : Config::__getMax__();
-  for (const auto& [name, bound] : settingsOf(generated)) {
-    if (std::holds_alternative<double>(bound)) {
-      EXPECT_EQ(std::get<double>(bound), beyond) << name;
+std::set<std::string> expectServed() {
+  const NamedValues defaults = settingsOf(Config::__getDefault__());
+  std::set<std::string> served;
+  ParameterMap fields;
+  for (const Field& field : fieldsOf(Parameters{})) {
+    fields.set("gains." + field.name, field.value);
+    if (defaults.count(field.name) == 0) continue;
+    EXPECT_EQ(defaults.at(field.name), field.value) << field.name;
+    served.insert(field.name);
+  }
+  EXPECT_EQ(served.size(), defaults.size());
+  for (const auto& [side, generated, beyond] : {std::tuple(&Bounds::low, Config::__getMin__(), -HUGE_VAL),
+                                                std::tuple(&Bounds::high, Config::__getMax__(), HUGE_VAL)}) {
+    for (const auto& [name, bound] : settingsOf(generated)) {
+      if (std::holds_alternative<double>(bound)) {
+        EXPECT_EQ(std::get<double>(bound), beyond) << name;
+      }
+    }
+    for (const auto& [name, bound] : settingsOf(rangeOf(Parameters{}, side, generated))) {
+      if (!std::holds_alternative<double>(bound)) continue;
+      ParameterMap map = fields;
+      map.set("gains." + name, bound);
+      EXPECT_NO_THROW(readParameters<Parameters>(map, "gains")) << name;
+      map.set("gains." + name, std::nextafter(std::get<double>(bound), beyond));
+      EXPECT_THROW(readParameters<Parameters>(map, "gains"), ParameterError) << name;
     }
   }
-  for (const auto& [name, bound] : settingsOf(rangeOf(parameters, side, generated))) {
-    if (!std::holds_alternative<double>(bound)) continue;
-    ParameterMap map;
-    for (const Field& field : fieldsOf(parameters)) map.set("gains." + field.name, field.value);
-    map.set("gains." + name, bound);
-    EXPECT_NO_THROW(readParameters<Parameters>(map, "gains")) << name;
-    map.set("gains." + name, std::nextafter(std::get<double>(bound), beyond));
-    EXPECT_THROW(readParameters<Parameters>(map, "gains"), ParameterError) << name;
-  }
+  return served;
 }
 
-TEST(GainServer, ShowsTheRangesOfTheParametersAndDoesNotClamp) {
-  expectBounds<ControllerGainsConfig>(ControllerParameters{}, &Bounds::low, -HUGE_VAL);
-  expectBounds<ControllerGainsConfig>(ControllerParameters{}, &Bounds::high, HUGE_VAL);
-  expectBounds<PredictiveGainsConfig>(PredictiveParameters{}, &Bounds::low, -HUGE_VAL);
-  expectBounds<PredictiveGainsConfig>(PredictiveParameters{}, &Bounds::high, HUGE_VAL);
-  expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::low, -HUGE_VAL);
-  expectBounds<SensorNoiseConfig>(SensorNoise{}, &Bounds::high, HUGE_VAL);
-}
-
-TEST(GainServer, OffersEveryPredictiveParameterButTheRates) {
-  std::set<std::string> offered{"belief_rate", "action_rate"}, known;
-  for (const auto& [name, value] : settingsOf(PredictiveGainsConfig::__getDefault__())) offered.insert(name);
+TEST(GainServer, OffersDefaultsAndRangesOfEveryGainButTheRates) {
+  EXPECT_EQ((expectServed<ControllerGainsConfig, ControllerParameters>().size()), 3u);
+  EXPECT_EQ((expectServed<SensorNoiseConfig, SensorNoise>().size()), 3u);
+  std::set<std::string> offered = expectServed<PredictiveGainsConfig, PredictiveParameters>(), known;
+  offered.insert({"belief_rate", "action_rate"});
   for (const Field& field : fieldsOf(PredictiveParameters{})) known.insert(field.name);
   EXPECT_EQ(offered, known);
 }
 
-/// Expects that the server starts from what a parameter struct starts from; returns how many settings it has.
-template <class Config, class Parameters>
-int expectDefaults() {
-  int settings = 0;
-  const NamedValues offered = settingsOf(Config::__getDefault__());
-  for (const Field& field : fieldsOf(Parameters{})) {
-    if (offered.count(field.name) == 0) continue;
-    EXPECT_EQ(offered.at(field.name), field.value) << field.name;
-    ++settings;
+/// A YAML file as rosparam reads it and the parameter server hands it on.
+ParameterMap fileThroughRosparam(const std::string& path) {
+  const std::string program =
+      "import sys, xmlrpc.client, yaml; print(xmlrpc.client.dumps((yaml.safe_load(open(sys.argv[1])),)))";
+  const std::string xml = runCommand("/usr/bin/python3 -c '" + program + "' " + path).text;
+  int offset = static_cast<int>(xml.find("<value>"));
+  return parametersIn(XmlRpc::XmlRpcValue(xml, &offset));
+}
+
+ParameterMap throughRosparam(const std::string& yaml) {
+  const TemporaryDirectory directory;
+  return fileThroughRosparam(directory.write("parameters.yaml", yaml));
+}
+
+class EveryReader : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryReader, TakesATextForTheSame) {
+  const std::string text = GetParam(), line = "section: {key: " + text + "}";
+  ParameterMap file, set, server = throughRosparam(line);
+  addYamlText(line, "file", file);
+  setFromText("section.key", text, set);
+  const ParameterValue* expected = file.take("section.key");
+  ASSERT_NE(expected, nullptr);
+  for (ParameterMap* other : {&set, &server}) {
+    const ParameterValue* value = other->take("section.key");
+    ASSERT_NE(value, nullptr) << text;
+    EXPECT_EQ(*value, *expected) << text << ": " << describe(*value) << " and " << describe(*expected);
   }
-  return settings;
 }
 
-TEST(GainServer, StartsFromTheDefaultsOfTheParameters) {
-  EXPECT_EQ((expectDefaults<ControllerGainsConfig, ControllerParameters>()), 3);
-  EXPECT_GT((expectDefaults<PredictiveGainsConfig, PredictiveParameters>()), 10);
-  EXPECT_EQ((expectDefaults<SensorNoiseConfig, SensorNoise>()), 3);
-}
+INSTANTIATE_TEST_SUITE_P(Values, EveryReader,
+                         testing::Values("0.5", "3", "-1", "1e8", "1.0e8", "1.0e+08", "-2E-3", "true", "Yes", "off",
+                                         "word", "e", "two words", "'2'", "'on'", "[1, 2.5]", "[1e8, 2]", "[a, b]",
+                                         "['1', '2']", "['a,b', c]"));
 
-/// Adds the fields of a parameter struct to a table by key.
-template <class Parameters>
-void add(const std::string& prefix, std::map<std::string, ParameterValue>& defaults) {
-  for (const Field& field : fieldsOf(Parameters{}))
-    defaults[(prefix.empty() ? "" : prefix + ".") + field.name] = field.value;
-}
-
-/// What every key of the shipped configuration has if no file gives it.
-std::map<std::string, ParameterValue> defaultsOfTheStructs() {
-  std::map<std::string, ParameterValue> defaults;
-  add<ControllerParameters>("controller", defaults);
-  add<PredictiveParameters>("predictive", defaults);
-  add<DifferentialDriveParameters>("diff_drive", defaults);
-  add<GeometryParameters>("robot", defaults);
-  add<RobotNames>("robot", defaults);
-  add<SensorNoise>("sensors", defaults);
-  add<LimitParameters>("limits", defaults);
-  add<DeadlineParameters>("deadlines", defaults);
-  add<LossPolicyParameters>("on_loss", defaults);
-  add<OdometryParameters>("odometry", defaults);
-  add<BrakeParameters>("brake", defaults);
-  add<PlausibilityParameters>("plausibility", defaults);
-  add<FaultParameters>("faults", defaults);
-  add<PlantModel>("plant_model", defaults);
-  add<sim::PlantParameters>("plant", defaults);
-  add<NodeOptions>("", defaults);
-  const NodeParameters node;
-  defaults["restart_after_stop"] =
-      std::string(kRestartPolicyNames[static_cast<std::size_t>(node.gate.restart_after_stop)]);
-  return defaults;
-}
-
-/// A whole number and a real one are the same in YAML.
-ParameterValue asReal(const ParameterValue& value) {
-  const auto* whole = std::get_if<std::int64_t>(&value);
-  return whole == nullptr ? value : static_cast<double>(*whole);
-}
-
-TEST(Defaults, AreThoseOfTheShippedFiles) {
-  ParameterMap map = shipped({"diff_drive", "advanced", "jackal", "standard", "predictive", "jackal_model", "plant"});
-  // Which mean something else where they are missing: a robot without a name, one that was identified, and geometry
-  // that the URDF tells. The baseline has a deadline of its own.
-  const std::set<std::string> apart{"plant_model.robot", "plant_model.identified", "robot.wheel_radius"};
-  int compared = 0;
-  for (const auto& [key, value] : defaultsOfTheStructs()) {
-    if (apart.count(key) > 0) continue;
-    ASSERT_TRUE(map.has(key)) << key << " stands in no shipped file";
-    EXPECT_EQ(describe(asReal(*map.take(key))), describe(asReal(value))) << key;
-    ++compared;
+TEST(RosParameters, EveryShippedFileIsTheSameForRosparam) {
+  int values = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(JACKAL_AIC_SOURCE_DIR) + "/config")) {
+    if (entry.path().filename() == "robot_localization.yaml") continue;  // of another package's node
+    ParameterMap file, server = fileThroughRosparam(entry.path().string());
+    addYamlFile(entry.path().string(), file);
+    ASSERT_EQ(server.keys(), file.keys()) << entry.path();
+    for (const std::string& key : file.keys()) {
+      EXPECT_EQ(*server.take(key), *file.take(key)) << entry.path() << ": " << key;
+      ++values;
+    }
   }
-  EXPECT_GT(compared, 100);
-  for (const std::string& key : apart) map.declare(key);
-  EXPECT_NO_THROW(map.refuseUnknown());
+  EXPECT_GT(values, 150);
+}
+
+TEST(RosParameters, RefusesAnEmptyMapAsTheFileDoes) {
+  for (const char* yaml : {"plant_model: {gain: {}}", "controller: {}"}) {
+    ParameterMap file;
+    EXPECT_THROW(addYamlText(yaml, "file", file), ParameterError) << yaml;
+    EXPECT_THROW(throughRosparam(yaml), ParameterError) << yaml;
+  }
+  EXPECT_TRUE(throughRosparam("{}").keys().empty()) << "a namespace without parameters";
+}
+
+TEST(Frames, HaveThePrefixOfTheirRobot) {
+  EXPECT_EQ(prefixedFrame("", "odom"), "odom");
+  EXPECT_EQ(prefixedFrame("robot1", "odom"), "robot1/odom");
+  EXPECT_EQ(prefixedFrame("/robot1/", "odom"), "robot1/odom");
+  EXPECT_EQ(prefixedFrame("fleet/robot1", "imu_link"), "fleet/robot1/imu_link");
+  EXPECT_EQ(prefixedFrame("robot1", "/map"), "map");
+  EXPECT_EQ(prefixedFrame("//", "odom"), "odom");
+}
+
+const SlipState kConfigured{0.5621, 1.0};
+const LearnedModel kThen{kConfigured, DriveTrainTiming{0.08, 0.006}};
+
+class LearnedFileTest : public testing::Test {
+ protected:
+  /// What comes back of what is written.
+  LearnedModel again(const LearnedModel& learned, const LearnedModel& configured = kThen) const {
+    writeLearnedFile(path_, learned, configured);
+    return readLearnedFile(path_, configured).value();
+  }
+
+  std::string refusal() const {
+    return complaint([this] { readLearnedFile(path_, kThen); }, 400 + path_.size());
+  }
+
+  TemporaryDirectory directory_;
+  std::string path_ = directory_.path("slip.yaml");
+};
+
+TEST_F(LearnedFileTest, GivesBackWhatWasWritten) {
+  EXPECT_FALSE(readLearnedFile(path_, kThen)) << "there is no file";
+  const LearnedModel learned = again({{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}});
+  EXPECT_EQ(std::pair(learned.slip.effective_track, learned.slip.slip_factor), std::pair(0.7123, 0.93));
+  EXPECT_EQ(std::pair(learned.timing.value().dead_time, learned.timing->lag), std::pair(0.123, 0.045));
+  EXPECT_FALSE(again({{0.7123, 0.93}}).timing) << "it was not learned";
+  const LearnedModel slow{kConfigured, DriveTrainTiming{0.6, 0.7}};
+  EXPECT_FALSE(again(slow, slow).timing) << "slower than anything learned";
+  directory_.write("slip.yaml", "slip: {slip_factor: 1.0, effective_track: 0.5621}\n");
+  EXPECT_FALSE(readLearnedFile(path_, kThen)->timing) << "a file from before they were learned";
+}
+
+TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
+  SlipBelief belief(kConfigured, 0.098, {});
+  for (int k = 0; k < 2000; ++k) {
+    const double mean = 0.01 * (k % 1000);
+    belief.learnTrack(0.6 + 0.01 * mean, 0.0, {4.0, 1e-4, 0.0, 0.0, mean, 0.0}, 0.02);
+  }
+  const auto turn = again({belief.state()}).slip.turn.value();
+  EXPECT_EQ(turn.mean, belief.state().turn->mean);
+  EXPECT_EQ(turn.covariance, belief.state().turn->covariance);
+}
+
+TEST_F(LearnedFileTest, RefusesWhatWasLearnedWithAnotherConfiguration) {
+  const LearnedModel now{kConfigured, DriveTrainTiming{0.2, 0.006}};
+  writeLearnedFile(path_, {{0.7123, 0.93}, DriveTrainTiming{0.123, 0.045}}, kThen);
+  EXPECT_EQ(complaint([&] { readLearnedFile(path_, now); }),
+            "slip.file = '" + path_ +
+                "': learned with dead time 0.08 s, lag 0.006 s, configured with dead time 0.2 s, lag 0.006 s now");
+  EXPECT_THROW(readLearnedFile(path_, {{5.0, 1.0}, kThen.timing}), ParameterError);
+}
+
+TEST_F(LearnedFileTest, PutsAFileAsideThatCannotBeUsed) {
+  directory_.write("slip.yaml", "slip: {told_track: 0.5}");
+  directory_.write("slip.yaml.old", "an earlier one");
+  EXPECT_TRUE(putAside(path_));
+  EXPECT_FALSE(std::filesystem::exists(path_));
+  EXPECT_EQ(readText(path_ + ".old"), "slip: {told_track: 0.5}");
+  EXPECT_FALSE(putAside(directory_.path(""))) << "a directory";
+}
+
+TEST_F(LearnedFileTest, RefusesWhatIsOutOfRangeMissingUnknownOrNoNumber) {
+  const std::string slip = "slip: {slip_factor: 1.0, effective_track: 0.5621";
+  const std::pair<std::string, std::string> rows[] = {
+      {"slip: {effective_track: 3.0, slip_factor: 1.0}", "slip.effective_track = 3"},
+      {"slip: {effective_track: 0.5, slip_factor: 2.5}", "slip.slip_factor = 2.5"},
+      {"slip: {effective_track: .nan, slip_factor: 1.0}", "slip.effective_track"},
+      {"slip: {effective_track: 0.5}", "slip.slip_factor"},
+      {"slip: {effective_track: 0.5, slip_factor: 1.0, beta: 2.0}", "slip.beta"},
+      {"slip: {effective_track: wide, slip_factor: 1.0}", "wide"},
+      {"slip: [0.5", path_},
+      {"", ""},
+      {slip + ", turn_coefficients: [1.8, 0, 0, 0]}", "4 and 0 numbers: must be 4 and 10"},
+      {slip + ", turn_coefficients: [1.8, 0, 0, 0], turn_covariance: [1, 0, 1, 0, 0, -1, 0, 0, 0, 1]}",
+       "positive definite"},
+      {slip + "}\ndrive_train: {dead_time: 0.1}", "drive_train.lag"},
+      {slip + "}\ndrive_train: {dead_time: 2.0, lag: 0.01}", "drive_train.dead_time = 2: must be in [0, 0.4] s"}};
+  for (const auto& [text, said] : rows) {
+    directory_.write("slip.yaml", text);
+    expectSays(refusal(), {said});
+  }
+  directory_.write("slip.yaml", rows[0].first);
+  expectSays(refusal(), {path_});
+  path_ += "\n" + std::string(300, 'x');  // a path that cannot be
+  EXPECT_EQ(refusal().rfind("slip.file = '/", 0), 0u) << refusal();
+}
+
+TEST_F(LearnedFileTest, IsWrittenWholeOrNotAtAll) {
+  const auto refusalOfWriting = [](const std::string& path) {
+    return complaint([&] { writeLearnedFile(path, {{0.7, 1.0}}, kThen); });
+  };
+  EXPECT_EQ(refusalOfWriting(path_), "");
+  directory_.write("slip.yaml.new", "half a fi");  // a writer that was killed
+  EXPECT_NEAR(again({{0.6, 1.0}}).slip.effective_track, 0.6, 1e-9);
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".new"));
+  std::filesystem::create_symlink("/dev/full", path_ + ".new");
+  expectSays(refusalOfWriting(path_), {"No space left on device"});
+  EXPECT_NEAR(readLearnedFile(path_, kThen)->slip.effective_track, 0.6, 1e-9);
+  expectSays(refusalOfWriting("/nowhere/slip.yaml"), {"/nowhere/slip.yaml", "No such file or directory"});
 }
 
 }  // namespace

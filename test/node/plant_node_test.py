@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""The simulated robot as a node: rates, commands, an IMU that is pulled, reset."""
+"""The simulated robot as a node: rates, commands, an IMU that is pulled, reset, and how it waits for its controller."""
 
 import math
 import time
 import unittest
 
 import rospy
-import rostest
+from jackal_aic.msg import ControllerState
 from jackal_msgs.msg import Drive, Feedback
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock, Log as Line
@@ -15,7 +15,10 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Empty, SetBool
 from tf2_msgs.msg import TFMessage
 
-from simulated_robot import Log, PATIENCE, RADIUS, advertise, call
+from simulated_robot import Log, PATIENCE, RADIUS, advertise, call, run_test
+
+
+PERIOD = 20  # ms, parameter lockstep
 
 
 def gaps(messages, stamp=lambda message: message.header.stamp):
@@ -24,7 +27,16 @@ def gaps(messages, stamp=lambda message: message.header.stamp):
     return {round(1e3 * (b - a)) for a, b in zip(times, times[1:]) if b > a}
 
 
-class PlantNode(unittest.TestCase):
+class Plant(unittest.TestCase):
+
+    def wait(self, condition, what=''):
+        end = time.monotonic() + PATIENCE
+        while not condition() and time.monotonic() < end:
+            time.sleep(0.002)
+        self.assertTrue(condition(), what)
+
+
+class PlantNode(Plant):
 
     @classmethod
     def setUpClass(cls):
@@ -39,12 +51,6 @@ class PlantNode(unittest.TestCase):
         self.wait(lambda: all(topic.get_num_connections() > 0 for topic in topics) and self.truth and self.joints and self.imu and
                   self.feedback and self.transforms)
         self.reset()
-
-    def wait(self, condition):
-        end = time.monotonic() + PATIENCE
-        while not condition() and time.monotonic() < end:
-            time.sleep(0.005)
-        self.assertTrue(condition())
 
     def now(self):
         return self.clock[-1].clock.to_sec()
@@ -74,6 +80,22 @@ class PlantNode(unittest.TestCase):
         for log, gap in ((self.joints, 20), (self.imu, 20), (self.feedback, 20), (self.truth, 10)):
             self.assertEqual(gaps(log), {gap})
         self.assertEqual(gaps(self.transforms, lambda message: message.transforms[0].header.stamp), {20})
+        self.assertEqual(self.joints[-1].name, ['front_left_wheel', 'front_right_wheel', 'rear_left_wheel', 'rear_right_wheel'])
+
+    def test_the_imu_states_its_noise(self):
+        self.addCleanup(rospy.set_param, '/plant/plant/noise_scale', 0)
+        rospy.set_param('/plant/plant/noise_scale', 2.0)
+        self.reset()
+        self.imu.clear()
+        self.wait(lambda: self.imu)
+        message = self.imu[0]
+        for name, covariance in (('gyro', message.angular_velocity_covariance), ('accelerometer', message.linear_acceleration_covariance)):
+            variance = (2.0 * rospy.get_param('/plant/plant/{}_noise'.format(name))) ** 2
+            for i, value in enumerate(covariance):
+                self.assertAlmostEqual(value, variance if i % 4 == 0 else 0.0)
+        self.assertEqual(message.header.frame_id, 'imu_link')
+        self.assertAlmostEqual(message.linear_acceleration.z, 9.81, delta=0.5)
+        self.assertAlmostEqual(abs(message.orientation.w), 1.0, delta=0.01)
 
     def test_drives_by_velocity_commands_until_none_comes(self):
         self.drive(0.3 / RADIUS, 0.3 / RADIUS)
@@ -82,7 +104,8 @@ class PlantNode(unittest.TestCase):
         self.run_for(1.5)
         self.assertAlmostEqual(self.speed(), 0.3, delta=1e-3)
         self.assertAlmostEqual(self.joints[-1].velocity[0], 0.3 / RADIUS, delta=1e-3)
-        self.assertEqual(self.feedback[-1].commanded_mode, Drive.MODE_VELOCITY)
+        self.assertEqual((self.feedback[-1].commanded_mode, self.feedback[-1].actual_mode), (Drive.MODE_VELOCITY, Drive.MODE_VELOCITY))
+        self.assertAlmostEqual(self.feedback[-1].drivers[1].measured_velocity, 0.3 / RADIUS, delta=1e-3)
         self.run_for(1.5)
         self.assertAlmostEqual(self.speed(), 0.0, delta=1e-3, msg='command_timeout is 2 s')
         self.drive(-0.1 / RADIUS, 0.1 / RADIUS)
@@ -102,7 +125,6 @@ class PlantNode(unittest.TestCase):
         self.assertAlmostEqual(self.joints[-1].velocity[1], 3.0, delta=1e-3)
 
     def test_pulls_the_imu(self):
-        """Blocked wheels, pushes and lifts are those of the fault campaign."""
         call('/plant/pull_imu', SetBool, True)
         self.run_for(0.1)
         self.imu.clear()
@@ -145,6 +167,86 @@ class PlantNode(unittest.TestCase):
             rospy.delete_param('/plant/' + name)
 
 
+class Lockstep(Plant):
+    """The simulation waits for its controller: the test is one that is as late as it likes."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.clock, cls.drive = Log('/clock', Clock), advertise('/cmd_drive', Drive)
+        cls.state = advertise('/jackal_AIC/state', ControllerState)
+
+    def setUp(self):
+        self.wait(lambda: self.clock and self.drive.get_num_connections() > 0 and self.state.get_num_connections() > 0, 'the plant')
+
+    def now(self):
+        """[ms]"""
+        return round(1e3 * self.clock[-1].clock.to_sec())
+
+    def command(self):
+        self.drive.publish(Drive.MODE_VELOCITY, [0.0, 0.0])
+
+    def acted(self, ms):
+        """Says that the last action was at this time."""
+        state = ControllerState()
+        state.header.stamp = rospy.Time.from_sec(1e-3 * ms)
+        self.state.publish(state)
+
+    def standstill(self):
+        """Where the clock stands, once it does [ms]."""
+        last, since = None, time.monotonic()
+
+        def stands():
+            nonlocal last, since
+            if last != self.now():
+                last, since = self.now(), time.monotonic()
+            return time.monotonic() - since > 0.2
+
+        self.wait(stands, 'the clock goes on')
+        return self.now()
+
+    def expect(self, ms, what):
+        self.wait(lambda: self.now() >= ms, what)
+        self.assertEqual(self.standstill(), ms, what)
+
+    def test_the_clock_comes_with_every_sample_and_hardly_else(self):
+        joints, truth = Log('/joint_states', JointState), Log('/ground_truth/odom', Odometry)
+        self.clock.clear()
+        self.wait(lambda: len(joints) + len(truth) > 300 and len(self.clock) > 10, 'samples')
+        clocks = [message.clock for message in list(self.clock)]
+        for sample in list(joints) + list(truth):
+            if clocks[0] <= sample.header.stamp <= clocks[-1]:
+                self.assertIn(sample.header.stamp, clocks)
+        self.assertLess(len(clocks), 160.0 * (clocks[-1] - clocks[0]).to_sec(), 'ground truth at 100 Hz, the others at 50')
+
+    def test_each_command_lets_one_period_pass_and_silence_all(self):
+        start = self.now()
+        self.wait(lambda: self.now() > start + 10 * PERIOD, 'waits for a controller that never spoke')
+        self.command()
+        self.command()
+        held = self.standstill()
+        for i in range(1, 6):
+            self.command()
+            self.expect(held + i * PERIOD, i)
+        self.wait(lambda: self.now() > held + 20 * PERIOD, 'waits for ever for a controller that fell silent')
+
+    def test_when_it_acted_counts_and_not_when_its_command_came(self):
+        """The last one: before it the plant has heard of no action."""
+        self.wait(lambda: self.now() > 2000, 'a time to look back to')
+        self.command()
+        self.command()
+        held = self.standstill()
+        for late in (7, 7, 0, 15):
+            self.acted(held - late)
+            self.command()
+            held += PERIOD - late
+            self.expect(held, late)
+        # Neither another clock's time nor one to come is an action's; after them the command counts again.
+        self.acted(held - 1000)
+        self.acted(held + 10)
+        self.assertEqual(self.standstill(), held)
+        self.command()
+        self.expect(held + PERIOD, 'the command')
+
+
 if __name__ == '__main__':
-    rospy.init_node('plant_node_test')
-    rostest.rosrun('jackal_aic', 'plant_node', PlantNode)
+    run_test(plant_node=PlantNode, lockstep=Lockstep)

@@ -4,12 +4,10 @@
 import csv
 import pathlib
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import rospy
-import rostest
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -20,7 +18,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
-from simulated_robot import Log, RADIUS, Robot, advertise, call
+from simulated_robot import Log, RADIUS, Robot, advertise, call, run_test
 
 
 class StepRecorder(unittest.TestCase):
@@ -35,7 +33,6 @@ class StepRecorder(unittest.TestCase):
         robot.close()
 
     def record(self, directory):
-        """Two seconds forward and two of turning; the exit status."""
         for key, value in (('recorder/output_directory', str(directory)), ('manoeuvre/durations', [1.0, 2.0, 1.0, 2.0]),
                            ('manoeuvre/forward', [0.0, 0.5, 0.0, 0.0]), ('manoeuvre/yaw_rate', [0.0, 0.0, 0.0, 0.5])):
             rospy.set_param('/recorder_under_test/' + key, value)
@@ -76,8 +73,6 @@ class StepRecorder(unittest.TestCase):
 
 
 class Record(unittest.TestCase):
-    """A drive that is recorded by the launch file comes out of the replay to the bit, with all its events."""
-
     def output(self, *command, status=0):
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
         self.assertEqual(done.returncode, status, done.stdout)
@@ -122,8 +117,6 @@ class Record(unittest.TestCase):
 
 
 class TwoRobots(unittest.TestCase):
-    """They keep apart: topics, frames, parameters."""
-
     def test_they_drive_apart_on_one_clock(self):
         robots, frames = [], set()
         logs = [Log(topic, TFMessage) for topic in ('/tf', '/tf_static')]
@@ -155,5 +148,4 @@ class TwoRobots(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('recorders_test')
-    rostest.rosrun('jackal_aic', sys.argv[1], {'step_recorder': StepRecorder, 'record': Record, 'two_robots': TwoRobots}[sys.argv[1]])
+    run_test(step_recorder=StepRecorder, record=Record, two_robots=TwoRobots)

@@ -1,13 +1,10 @@
 #!/usr/bin/python3
 """Who may command a running controller and as what: enable and reset, set points, gains, the wheel topics of Gazebo."""
 
-import sys
-import unittest
 import xmlrpc.client
 
 import rosgraph
 import rospy
-import rostest
 from dynamic_reconfigure.srv import Reconfigure
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from geometry_msgs.msg import TwistStamped
@@ -17,18 +14,14 @@ from rosgraph_msgs.msg import Log as Line
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 
-from simulated_robot import Log, Process, RADIUS, Robot, advertise, call, command, configure
+from simulated_robot import Log, Process, RADIUS, RobotTest, advertise, call, command, configure, run_test
 
 
-class Base(unittest.TestCase):
+class Base(RobotTest):
 
     def setUp(self):
-        self.robot, self.lines = Robot(self), Log('/rosout', Line)
-        self.addCleanup(self.robot.close)
-        self.wait_until_ready()
-
-    def wait_until_ready(self):
-        self.robot.wait_until_ready()
+        self.lines = Log('/rosout', Line)
+        super().setUp()
 
     def expect_logged(self, words, meanwhile=lambda: None):
         def told():
@@ -131,7 +124,6 @@ class SetPoints(Base):
 class Gains(Base):
 
     def request(self, **wanted):
-        """Asks for gains; those that the controller answers with."""
         answer = call('/controller/controller/set_parameters', Reconfigure, Config(doubles=[DoubleParameter(*item) for item in wanted.items()]))
         return {number.name: number.value for number in answer.config.doubles}
 
@@ -203,6 +195,4 @@ class Gazebo(Base):
 
 
 if __name__ == '__main__':
-    rospy.init_node('services_test')
-    TESTS = {'services': Services, 'set_points': SetPoints, 'gains': Gains, 'gazebo_output': Gazebo}
-    rostest.rosrun('jackal_aic', sys.argv[1], TESTS[sys.argv[1]])
+    run_test(services=Services, set_points=SetPoints, gains=Gains, gazebo_output=Gazebo)

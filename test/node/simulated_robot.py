@@ -8,12 +8,15 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import tempfile
 import threading
 import time
+import unittest
 
 import rospkg
 import rospy
+import rostest
 from geometry_msgs.msg import TransformStamped, Twist
 from jackal_aic.msg import ControllerState
 from jackal_msgs.msg import Drive
@@ -33,10 +36,6 @@ class Log(list):
         super().__init__()
         # Without a size rospy keeps that of its own subscriber to /clock: one message, so that a late process misses some.
         self.subscriber = rospy.Subscriber(topic, kind, self.append, queue_size=1000, tcp_nodelay=True)
-
-    @property
-    def publishers(self):
-        return self.subscriber.get_num_connections()
 
 
 def advertise(topic, kind, **options):
@@ -92,7 +91,6 @@ class Process:
         self.process.send_signal(number)
 
     def confirm(self):
-        """Presses Enter."""
         print(file=self.process.stdin, flush=True)
 
     def ended(self):
@@ -104,7 +102,6 @@ class Process:
 
 @contextlib.contextmanager
 def command(text):
-    """A shell command that runs meanwhile."""
     process = subprocess.Popen(bound_to_parent(['bash', '-c', 'exec ' + text]), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                start_new_session=True)
     yield process
@@ -204,14 +201,6 @@ class Robot:
         return ([message.header.stamp.to_sec() for message in truth],
                 [message.twist.twist.linear.x if value == 'forward' else message.twist.twist.angular.z for message in truth])
 
-    def largest_command_step(self):
-        """In an action period, over the recorded states [rad/s]; a late timer publishes once for several periods."""
-        largest, states = 0.0, list(self.states)
-        for a, b in zip(states, states[1:]):
-            periods = max(1.0, round((b.header.stamp - a.header.stamp).to_sec() / 0.02))
-            largest = max(largest, abs(b.command_left - a.command_left) / periods, abs(b.command_right - a.command_right) / periods)
-        return largest
-
     def state(self):
         self.wait(lambda: self.states, 'a state of the controller')
         return self.states[-1]
@@ -221,3 +210,21 @@ class Robot:
 
     def yaw_rate(self):
         return self.truth[-1].twist.twist.angular.z
+
+
+class RobotTest(unittest.TestCase):
+    """Of a controller that the launch file starts."""
+
+    def setUp(self):
+        self.robot = Robot(self)
+        self.addCleanup(self.robot.close)
+        self.wait_until_ready()
+
+    def wait_until_ready(self):
+        self.robot.wait_until_ready()
+
+
+def run_test(**tests):
+    """The one that the first argument names."""
+    rospy.init_node(sys.argv[1] + '_test')
+    rostest.rosrun('jackal_aic', sys.argv[1], tests[sys.argv[1]])

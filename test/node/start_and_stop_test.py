@@ -5,7 +5,6 @@ import pathlib
 import signal
 import tempfile
 import time
-import unittest
 
 import rospy
 import rostest
@@ -16,16 +15,14 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
-from simulated_robot import Process, Relay, Robot, advertise, call, configure
+from simulated_robot import Process, Relay, RobotTest, advertise, call, configure
 
 CONFIGURED, TRUE, TOLERANCE = 0.7, 0.547, 0.02  # m, effective track of the controller and of the robot turning in place
 
 
-class StartAndStop(unittest.TestCase):
+class StartAndStop(RobotTest):
 
-    def setUp(self):
-        self.robot = Robot(self)
-        self.addCleanup(self.robot.close)
+    def wait_until_ready(self):
         directory = tempfile.TemporaryDirectory()
         self.addCleanup(directory.cleanup)
         self.file = pathlib.Path(directory.name, 'slip.yaml')
@@ -36,7 +33,12 @@ class StartAndStop(unittest.TestCase):
         self.addCleanup(process.__exit__)
         return process
 
-    def ready(self, name, *arguments):
+    def ready(self, name, *files, arguments=(), **parameters):
+        """A controller that runs, with these files of config/ and parameters ('a__b' is a/b)."""
+        if files:
+            configure(name, *files)
+        for key, value in parameters.items():
+            rospy.set_param('/{}/{}'.format(name, key.replace('__', '/')), value)
         self.robot.clear()
         process = self.start(name, *arguments)
         self.robot.wait_until_ready()
@@ -69,27 +71,30 @@ class StartAndStop(unittest.TestCase):
                 self.assertIn(word, process.errors())
         self.assertFalse(self.robot.drives, 'a command was published')
 
-    def test_puts_a_learned_file_aside_that_cannot_be_used(self):
-        outdated = 'slip: {effective_track: 0.6, slip_factor: 1.0, told_track: 0.7}'
+    def test_a_learned_file_that_cannot_be_used_is_named_and_the_robot_drives(self):
+        outdated, aside = 'slip: {effective_track: 0.6, slip_factor: 1.0, told_track: 0.7}', self.file.with_name('slip.yaml.old')
         self.file.write_text(outdated)
-        configure('outdated', 'predictive', 'plant_model')
-        rospy.set_param('/outdated/slip/file', str(self.file))
-        process = self.ready('outdated')
-        self.drive(0.5)
-        said, aside = process.errors(), self.file.with_name('slip.yaml.old')
-        self.assertIn('slip.told_track', said)
-        self.assertIn('Learning starts from the configuration, and the file is now {}'.format(aside), said)
+        for name, preset, file, said in (
+                ('outdated', 'predictive', self.file, ('slip.told_track', 'Learning starts from the configuration, and the file is now %s' % aside)),
+                ('homeless', 'predictive', 'none/slip.yaml', ("none/slip.yaml': cannot be written: No such file or directory",)),
+                ('improved_with_file', 'improved', self.file, ('slip.file is not used: only preset:=predictive learns',))):
+            process = self.ready(name, preset, 'plant_model', slip__file=str(self.file.parent / file))
+            self.robot.rest()
+            self.drive(0.5)
+            self.assertEqual(self.robot.state().status, ControllerState.DRIVING)
+            for words in said:
+                self.assertIn(words, process.errors())
+            self.robot.rest()
+            self.end(process)
+            if name == 'outdated':
+                self.file.unlink()
         self.assertEqual(aside.read_text(), outdated)
-        self.end(process)
+        self.assertFalse(self.file.exists(), 'written by a preset that does not learn')
 
     def test_a_signal_stops_the_robot_by_its_brake(self):
-        for number, speed in ((signal.SIGTERM, 0.5), (signal.SIGINT, 1.5)):
-            name = 'ending_{}'.format(int(number))
-            configure(name, 'improved')
-            if number == signal.SIGINT:  # a slow brake
-                for key, value in (('limits/linear_deceleration', 0.5), ('brake/linear_deceleration', 0.5), ('brake/time', 5.0)):
-                    rospy.set_param('/{}/{}'.format(name, key), value)
-            process = self.ready(name)
+        slow_brake = {'limits__linear_deceleration': 0.5, 'brake__linear_deceleration': 0.5, 'brake__time': 5.0}
+        for number, speed, parameters in ((signal.SIGTERM, 0.5, {}), (signal.SIGINT, 1.5, slow_brake)):
+            process = self.ready('ending_{}'.format(int(number)), 'improved', **parameters)
             self.robot.rest()
             self.drive(speed, seconds=4.0)
             self.end(process, number)
@@ -102,8 +107,7 @@ class StartAndStop(unittest.TestCase):
                 self.assertLess(max(before - after for before, after in zip(speeds, speeds[1:])), 0.5)
 
     def test_after_a_kill_it_stands_under_the_set_points_that_go_on(self):
-        configure('killed', 'improved')
-        process = self.ready('killed')
+        process = self.ready('killed', 'improved')
         self.robot.rest()
         self.drive(0.5)
         self.end(process, signal.SIGKILL)  # the plant drives on with the last command
@@ -128,10 +132,9 @@ class StartAndStop(unittest.TestCase):
 
         ROSHandler.requestTopic = late
         self.addCleanup(setattr, ROSHandler, 'requestTopic', at_once)
-        configure('deaf', 'improved')
         self.robot.wanted = Twist()
         self.robot.wanted.linear.x = 0.5
-        self.ready('deaf')
+        self.ready('deaf', 'improved')
         self.robot.run(3.0)
         self.assertEqual({tuple(drive.drivers) for drive in self.robot.drives}, {(0.0, 0.0)})
         self.assertEqual(self.robot.state().reason, 'set points not zero since the start (waits for a zero set point or a pause)')
@@ -155,8 +158,7 @@ class StartAndStop(unittest.TestCase):
         def told(process):
             return 'Another node was started as /twin' in process.errors()
 
-        configure('twin', 'improved')
-        respawned = self.ready('twin', '--respawned')
+        respawned = self.ready('twin', 'improved', arguments=('--respawned',))
         second = self.start('twin')
         self.robot.wait(lambda: told(respawned), 'the first to say so', 60.0)
         self.robot.run(3.0)
@@ -170,13 +172,12 @@ class StartAndStop(unittest.TestCase):
     def test_starts_without_a_warning_whichever_sensor_is_first(self):
         for name, preset, wheels, imu in (('together', 'predictive', 0.0, 0.0), ('wheels_first', 'predictive', 0.3, 0.9),
                                           ('imu_first', 'improved', 0.9, 0.3)):
-            configure(name, preset, 'plant_model')
             relays = {topic: Relay(topic, kind, name + '/' + topic) for topic, kind in (('joint_states', JointState), ('imu/data', Imu))}
             begin = dict.fromkeys(relays, float('inf'))
             for topic, relay in relays.items():
                 relay.alter = lambda message, topic=topic: message if self.robot.now() >= begin[topic] else None
             self.robot.wanted = None
-            process = self.ready(name, *('{0}:={1}/{0}'.format(topic, name) for topic in begin))
+            process = self.ready(name, preset, 'plant_model', arguments=['{0}:={1}/{0}'.format(topic, name) for topic in begin])
             now = self.robot.now()
             begin.update({'joint_states': now + wheels, 'imu/data': now + imu})
             self.robot.run(1.5)
@@ -192,62 +193,30 @@ class StartAndStop(unittest.TestCase):
             for relay in relays.values():
                 relay.subscriber.unregister()
 
-    # What the predictive controller learns about the slip is kept across restarts in a file, and frozen on request.
-
-    def learner(self, name, file=None):
-        configure(name, 'predictive', 'plant_model')
-        rospy.set_param('/{}/plant_model/effective_track'.format(name), CONFIGURED)
-        rospy.set_param('/{}/slip/file'.format(name), str(file or self.file))
-        return self.ready(name)
-
-    def track(self):
-        return self.robot.state().effective_track
-
-    def test_the_slip_outlives_a_restart_and_a_kill(self):
-        for number in (signal.SIGTERM, signal.SIGKILL):
-            name = 'learning_{}'.format(int(number))
-            process = self.learner(name)
-            self.assertAlmostEqual(self.track(), CONFIGURED)
-            self.robot.rest()
-            self.drive(0.0, 0.5)
-            self.robot.command(0.0)
-            self.robot.run(0.5 if number == signal.SIGTERM else 12.0)  # it is written every 10 s, the last time at rest
-            learned = self.track()
-            self.assertAlmostEqual(learned, TRUE, delta=TOLERANCE)
-            self.end(process, number)
-            again = self.ready(name)
-            self.assertAlmostEqual(self.robot.states[0].effective_track, learned, delta=1e-3, msg='known before the first turn')
-            self.end(again)
-            self.file.unlink()
-
-    def test_the_slip_is_saved_on_request_and_stays_while_frozen(self):
-        self.learner('frozen')
+    def test_the_slip_is_frozen_saved_and_outlives_a_restart_and_a_kill(self):
+        process = self.ready('learning', 'predictive', 'plant_model', plant_model__effective_track=CONFIGURED, slip__file=str(self.file))
         self.robot.rest()
-        self.assertTrue(call('/frozen/freeze_learning', SetBool, True).success)
-        learned = self.track()
+        self.assertTrue(call('/learning/freeze_learning', SetBool, True).success)
         self.drive(0.0, 0.5)
-        self.assertEqual(self.track(), learned)
+        self.assertAlmostEqual(self.robot.state().effective_track, CONFIGURED)
         self.assertTrue(self.robot.state().learning_frozen)
-        call('/frozen/freeze_learning', SetBool, False)
+        call('/learning/freeze_learning', SetBool, False)
         self.robot.run(3.0)
-        self.assertAlmostEqual(self.track(), TRUE, delta=TOLERANCE)
-        saved = call('/frozen/save_learned_model', Trigger)
+        saved = call('/learning/save_learned_model', Trigger)
         self.assertTrue(saved.success, saved.message)
         self.assertIn('{}: effective track 0.5'.format(self.file), saved.message)
         self.assertIn('effective_track: 0.5', self.file.read_text())
-
-    def test_a_preset_that_does_not_learn_says_that_the_file_is_not_used(self):
-        configure('improved_with_file', 'improved')
-        rospy.set_param('/improved_with_file/slip/file', str(self.file))
-        self.assertIn('slip.file is not used: only preset:=predictive learns', self.ready('improved_with_file').errors())
-        self.assertFalse(self.file.exists())
-
-    def test_a_missing_folder_keeps_nothing_and_the_robot_drives(self):
-        process = self.learner('homeless', self.file.parent / 'none/slip.yaml')
-        self.robot.rest()
-        self.drive(0.5)
-        self.assertEqual(self.robot.state().status, ControllerState.DRIVING)
-        self.assertIn("none/slip.yaml': cannot be written: No such file or directory", process.errors())
+        for number, seconds in ((signal.SIGTERM, 0.5), (signal.SIGKILL, 12.0)):  # it is written every 10 s, the last time at rest
+            self.file.unlink()
+            self.drive(0.0, -0.5)
+            self.robot.command(0.0)
+            self.robot.run(seconds)
+            learned = self.robot.state().effective_track
+            self.assertAlmostEqual(learned, TRUE, delta=TOLERANCE)
+            self.end(process, number)
+            process = self.ready('learning')
+            self.assertAlmostEqual(self.robot.states[0].effective_track, learned, delta=1e-3, msg='known before the first turn')
+            self.robot.rest()
 
 
 if __name__ == '__main__':

@@ -3,15 +3,13 @@
 cmd_drive, mux or nothing."""
 
 import sys
-import unittest
 
 import rospy
-import rostest
 from geometry_msgs.msg import Twist
 from jackal_aic.msg import ControllerState
 from jackal_msgs.msg import Drive
 
-from simulated_robot import RADIUS, Robot, advertise
+from simulated_robot import RADIUS, RobotTest, advertise, run_test
 
 TOLD = sys.argv[1]
 SPEED, TRACK = 0.5, 0.5621  # m/s, m
@@ -46,12 +44,10 @@ class Mux:
         self.drive.publish(Drive.MODE_VELOCITY, list(wheels))
 
 
-class TwistMux(unittest.TestCase):
+class TwistMux(RobotTest):
 
     def setUp(self):
-        self.robot = Robot(self)
-        self.addCleanup(self.robot.close)
-        self.robot.wait_until_ready()
+        super().setUp()
         if self._testMethodName == 'test_0_without_a_multiplexer_nobody_listens':
             return
         self.mux = Mux()
@@ -113,5 +109,4 @@ class TwistMux(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    rospy.init_node('twist_mux_test')
-    rostest.rosrun('jackal_aic', 'twist_mux_' + TOLD, TwistMux)
+    run_test(**{TOLD: TwistMux})

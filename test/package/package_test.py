@@ -58,17 +58,10 @@ def completed(space):
 class Manifest(unittest.TestCase):
 
     def test_names_the_packages_that_the_build_finds(self):
-        """And no others of ROS that nothing uses."""
         named = set(re.findall(r'<\w*depend>([^<]+)</', text('package.xml')))
         components = re.search(r'find_package\(catkin REQUIRED COMPONENTS([^)]*)\)', text('CMakeLists.txt'))[1].split()
         self.assertGreater(len(components), 15)
         self.assertLessEqual(set(components), named)
-        code = text('CMakeLists.txt') + '\n'.join(path.read_text(errors='replace') for path in sources('src', 'sim', 'test', 'launch'))
-        used = {*components, 'message_runtime', *re.findall(r'(?:find_package\(|pkg="|import |from |#include <)(\w+)', code),
-                *re.findall(r'(?:rosrun|exec|run) (\w+) ', code)}
-        of_ros = {name for name in named for share in ('/usr/share', '/opt/ros/noetic/share', str(SOURCE / 'sim'))
-                  if os.path.exists('{}/{}/package.xml'.format(share, name))}
-        self.assertEqual(of_ros - used, set(), 'used by nothing')
 
     def test_has_the_version_of_the_changelog_and_the_citation(self):
         version = re.search('<version>(.+)</version>', text('package.xml'))[1]
@@ -83,7 +76,7 @@ class Programs(unittest.TestCase):
         built = {name for path in sources('src', 'sim') if path.name == 'CMakeLists.txt'
                  for name in re.findall(r'add_executable\((\w+)', path.read_text())}
         # Nodes are started by launch files, which know their arguments.
-        self.assertEqual(built, {'analyze', 'identify', 'replay', 'controller_node', 'plant_node'})
+        self.assertEqual(built, {'analyze', 'replay', 'controller_node', 'plant_node'})
         views = re.findall(r'(view/\w+)\s', text('src/tools/CMakeLists.txt'))
         self.assertGreater(len(views), 2)
         paths = [DEVEL / 'lib/jackal_aic' / name for name in ('analyze', 'identify', 'replay', 'experiments', 'tune')]
@@ -101,7 +94,6 @@ class Programs(unittest.TestCase):
         self.assertGreater(len(heads), 20)
 
     def test_have_each_a_line_in_the_reference(self):
-        """Only those for users are completed."""
         internal = listed('Started by launch files') | listed('Examples and measurements')
         self.assertEqual(names_in(DEVEL / 'share/jackal_aic/internal'), internal)
         self.assertEqual({'scripts/' + name for name in names_in(SOURCE / 'scripts')}, listed('Scripts of the checkout'))
@@ -150,7 +142,6 @@ class Launch(unittest.TestCase):
             self.assertIn(name, files)
 
     def test_wrong_arguments_are_refused_with_the_reason(self):
-        """Those that contradict each other, that nothing would come of, or that name nothing."""
         plants = 'unknown plant: grond; choose ground, box, real or a file NAME.yaml'
         for arguments, reason in (('jackal.launch record_to:=drive', 'record_to:=drive: needs record:=true'),
                                   ('jackal.launch preset:=improved slip_file:=/tmp/slip.yaml', 'slip_file: needs preset:=predictive'),
@@ -210,12 +201,10 @@ class Scripts(unittest.TestCase):
         self.directory = pathlib.Path(directory.name)
 
     def refused(self, script, workspace):
-        """A script says that the workspace is not ours."""
         said = run('! timeout 60 {}/scripts/{}'.format(SOURCE, script), JACKAL_AIC_WS=str(workspace))
         self.assertIn('set JACKAL_AIC_WS to an empty directory', said)
 
     def test_a_directory_that_is_not_ours_is_left_alone(self):
-        """What a user has there is neither used nor thrown away."""
         for theirs in ('build/work', 'devel/work', 'src/their_package/work', 'log/sanitizer/work', 'notes/work'):
             workspace = self.directory / theirs.replace('/', '_')
             (workspace / theirs).mkdir(parents=True)
@@ -238,32 +227,22 @@ class Scripts(unittest.TestCase):
             self.refused('build', workspace)
             self.assertTrue((workspace / 'build/work').exists())
 
-    def with_libraries(self, libraries, command, terminal=False):
-        """Output of bash that has read libraries of the scripts; on a terminal or not."""
-        script = self.directory / 'script'
-        script.write_text('set -eu\n' + ''.join('. {}/scripts/lib/{}.sh\n'.format(SOURCE, name) for name in libraries) + command + ' 2>&1\n')
-        return run('script -qec "bash {}" /dev/null'.format(script) if terminal else 'bash {}'.format(script), None)
-
     def test_apt_asks_on_a_terminal_and_removes_nothing(self):
-        """By an apt of the test's own, which prints its arguments."""
-        def installed(terminal, yes):
-            return self.with_libraries(('progress', 'packages'), 'sudo() { "$@"; }\nassume_yes=%s missing=()\napt-get() { echo apt "$@"; }\n'
-                                       'install_packages no-such-package' % yes, terminal)
-        for terminal, yes, asks in ((True, 'false', True), (True, 'true', False), (False, 'false', False)):
-            said = installed(terminal, yes)
+        script = self.directory / 'script'
+        for command, yes, asks in (('script -qec "bash {}" /dev/null', 'false', True), ('script -qec "bash {}" /dev/null', 'true', False),
+                                   ('bash {}', 'false', False)):  # on a terminal or not
+            script.write_text('set -eu\n. {0}/progress.sh\n. {0}/packages.sh\nsudo() {{ "$@"; }}\nassume_yes={1} missing=()\n'
+                              'apt-get() {{ echo apt "$@"; }}\ninstall_packages no-such-package 2>&1\n'.format(SOURCE / 'scripts/lib', yes))
+            said = run(command.format(script), None)
             self.assertIn('nothing is removed): no-such-package', said)
             self.assertIn('install --no-install-recommends --no-remove no-such-package', said)
             self.assertEqual(' -y' not in said, asks, said)
 
     def test_a_pattern_builds_what_its_tests_need_or_is_refused(self):
-        """`scripts/test --only` asks this before it builds."""
-        for pattern, said in (('drive_gate', 'drive_gate_test\n'), ('test_node_lockstep', 'all\n'), ('python_package', 'all\n')):
-            self.assertEqual(self.targets(pattern), said)
-        self.assertIn('--only nosuch: no test has such a name', self.targets('nosuch'))
-        self.assertIn('--only (: no regular expression', self.targets('('))
-
-    def targets(self, pattern):
-        return self.with_libraries(('progress', 'tests'), 'test_targets {} "{}"'.format(BUILD, pattern))
+        for pattern, said in (('drive_gate', 'drive_gate_test\n'), ('test_node_lockstep', 'all\n'), ('python_package', 'all\n'),
+                              ('nosuch', '--only nosuch: no test has such a name'), ('(', '--only (: no regular expression')):
+            command = 'set -eu; . {0}/progress.sh; . {0}/tests.sh; test_targets {1} "{2}" 2>&1'.format(SOURCE / 'scripts/lib', BUILD, pattern)
+            self.assertIn(said, run(command, None))
 
 
 @unittest.skipIf(IS_SANITIZED, 'the libraries are instrumented')

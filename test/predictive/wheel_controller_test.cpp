@@ -23,15 +23,15 @@ PlantModel driveTrain() {
 
 /// A wheel that its model describes but for a disturbance of the input [rad/s], under its controller.
 struct Loop {
-  explicit Loop(double input_disturbance)
-      : disturbance(input_disturbance),
-        wheel(PredictiveParameters{}, driveTrain(), kRadius),
-        robot(driveTrain(), kRadius, {}) {}
+  explicit Loop(double input_disturbance, const PlantModel& model = driveTrain())
+      : disturbance(input_disturbance / model.gain),
+        wheel(PredictiveParameters{}, model, kRadius),
+        robot(model, kRadius, {}) {}
 
   void drive(double wanted, int periods) {
     for (int k = 0; k < periods; ++k) {
       for (int i = 0; i < 20; ++i) {
-        robot.predict(wheel.action() + disturbance / driveTrain().gain);
+        robot.predict(wheel.action() + disturbance);
         wheel.predict();
       }
       wheel.correct(robot.speed());
@@ -39,7 +39,7 @@ struct Loop {
     }
   }
 
-  double disturbance;
+  double disturbance;  // of its command
   WheelController wheel;
   WheelBelief robot;
 };
@@ -68,26 +68,16 @@ TEST(WheelController, CompensatesNoMoreThanTheRange) {
 }
 
 TEST(WheelController, CompensatesTheOffsetOfItsModel) {
-  PlantModel with = driveTrain();
-  with.offset = 0.5;
-  WheelController wheel({}, with, kRadius), without({}, driveTrain(), kRadius);
-  WheelBelief robot(with, kRadius, {}), other(driveTrain(), kRadius, {});
+  PlantModel model = driveTrain();
+  model.offset = 0.5;
+  Loop with(0.0, model), without(0.0);
   for (const double wanted : {0.2, 5.0, -3.0}) {
     for (int k = 0; k < 100; ++k) {
-      for (int i = 0; i < 20; ++i) {
-        robot.predict(wheel.action());
-        other.predict(without.action());
-        wheel.predict();
-        without.predict();
-      }
-      wheel.correct(robot.speed());
-      without.correct(other.speed());
-      wheel.act(wheel.input(wanted));
-      without.act(without.input(wanted));
-      ASSERT_NEAR(wheel.effectiveAction(), without.action(), 1e-9) << "to " << wanted << ", period " << k;
-      ASSERT_NEAR(robot.speed(), other.speed(), 1e-9) << "to " << wanted << ", period " << k;
+      for (Loop* loop : {&with, &without}) loop->drive(wanted, 1);
+      ASSERT_NEAR(with.wheel.effectiveAction(), without.wheel.action(), 1e-9) << "to " << wanted << ", period " << k;
+      ASSERT_NEAR(with.robot.speed(), without.robot.speed(), 1e-9) << "to " << wanted << ", period " << k;
     }
-    EXPECT_NEAR(wheel.action(), (wanted + std::copysign(0.5, wanted)) / 0.9, 0.01) << wanted;
+    EXPECT_NEAR(with.wheel.action(), (wanted + std::copysign(0.5, wanted)) / 0.9, 0.01) << wanted;
   }
 }
 

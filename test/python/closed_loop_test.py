@@ -108,10 +108,10 @@ class Standstill(unittest.TestCase):
         for step, noise, rest in ((0.0, 0.03, 3.0), (0.0, 0.0, 3.0), (0.06, 0.03, 3.0), (0.06, 0.003, 7.0)):
             # Between two steps of an encoder without noise a wheel creeps unseen; the rest of that fades.
             for forward, yaw_rate in (HALF, (0.0, 1.0), (1.5, 0.5)):
-                cases.append(('predictive', 'ground', motions.stop(forward, yaw_rate, 3.0, rest + 30.0),
+                cases.append(('predictive', 'ground', motions.stop(forward, yaw_rate, 3.0, rest + 15.0),
                               {'plant.encoder_step': step, 'plant.encoder_noise': noise}))
         for case, found in drives(cases):
-            self.assert_stands(found, case[2].duration - 29.0, math.inf, case)
+            self.assert_stands(found, case[2].duration - 14.0, math.inf, case)
 
     def test_the_command_of_a_preset_stays_zero_and_starts_at_once(self):
         motion = points((0.5, 0.5, 0.5), (3.0, 0.0, 0.0), (20.0, 0.5, 0.0), until=22.0)
@@ -135,11 +135,6 @@ class Standstill(unittest.TestCase):
 class Slip(unittest.TestCase):
     """The slip of a skid-steer robot comes out of its contacts; its true effective track in place is 0.547 m."""
 
-    def test_a_wrong_track_changes_nothing_straight_ahead(self):
-        """The test of the lab has the turns, in which it is learned."""
-        wrong, right = (drive('predictive', 'ground', motions.step(0.5), overrides) for overrides in ({'robot.effective_track': 0.4376}, {}))
-        self.assertAlmostEqual(wrong.speed[-500:].mean(), right.speed[-500:].mean(), delta=1e-6, msg='straight ahead')
-
     def test_a_change_of_friction_is_learned_within_three_seconds(self):
         for friction in (0.25, 1.0):
             for forward, yaw_rate in ((0.0, 0.5), (0.5, 0.5)):
@@ -149,11 +144,11 @@ class Slip(unittest.TestCase):
     def test_ten_minutes_straight_teach_no_turn(self):
         cases = []
         for end in (4.51, 604.5):
-            for step, noise, speed in ((0.06, 0.03, 0.5), (0.3, 0.03, 0.1), (0.3, 0.03, 1.5), (0.153, 0.15, 0.5)):
+            for step, noise, speed in ((0.3, 0.03, 0.1), (0.153, 0.15, 0.5)):
                 motion = points((0.5, 0.3, 0.5), (3.5, 0.0, 0.0), (4.5, speed, 0.0), until=end)
                 cases.append(('predictive', 'ground', motion, {'plant.encoder_step': step, 'plant.encoder_noise': noise}))
         tracks = [found.effective_track for _, found in drives(cases, samples_only=True)]
-        for before, after in zip(tracks[:4], tracks[4:]):
+        for before, after in zip(tracks[:2], tracks[2:]):
             self.assertAlmostEqual(after, before, delta=0.01 * before)
 
     def test_a_turn_in_place_after_joystick_driving_settles_at_once(self):
@@ -210,32 +205,13 @@ class Offset(unittest.TestCase):
         for set_point in ((0.1, 0.0), HALF, (1.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.3, 0.3), (0.5, -0.5), (1.0, 1.0)):
             self.assert_as_without(set_point, self.KNOWN)
 
-    def rest(self, plant, set_point, overrides):
-        """How often the command of the left wheels changes its sign after a stop, and its largest from half a second after it on."""
-        # Two robots are compared, without the dead time that each learns.
-        found = drive('predictive', plant, motions.stop(*set_point, 2.0, 6.0), dict(LIMITS, **overrides, **{'predictive.learn_drive_train': False}))
-        commands = numpy.maximum(abs(found.command_left), abs(found.command_right))
-        for still in (found.time < 0.4, found.time >= 5.5):
-            self.assertEqual(commands[still].max(), 0.0)
-            self.assertLess(abs(found.speed[still]).max(), 1e-3)
-        signs = numpy.sign(found.command_left[(found.time >= 2.5) & (found.command_left != 0.0)])
-        return (numpy.diff(signs) != 0.0).sum(), commands[found.time >= 3.0].max()
-
-    def test_the_robot_comes_to_rest(self):
-        for plant in ('ground', 'box'):
-            for set_point in (HALF, (-0.1, 0.0), (0.0, 1.0)):
-                (changes, command), (without, _) = (self.rest(plant, set_point, overrides) for overrides in (self.KNOWN, {}))
-                self.assertLessEqual(changes, without + 2)
-                self.assertLess(command, 0.6 * self.OFFSET, 'moves no wheel, nor one of a smaller offset')
-
     def test_known_to_the_model_it_is_no_fault(self):
         wanted = ((0.1, 0.0), (1.0, 0.0), (-0.5, 0.0), (0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.05, -0.3), (0.0, 0.0), (0.03, 0.0), (0.0, 0.0))
         motion = points(*((0.5 + 3.0 * i, *set_point) for i, set_point in enumerate(wanted)), until=0.5 + 3.0 * len(wanted))
-        for known in (0.35, 0.5, 0.65):
-            for seed in (1, 2, 3):
-                found = drive('predictive', 'ground', motion, {**LIMITS, **self.KNOWN, 'plant_model.offset': known, 'plant.seed': seed},
-                              monitor={'offset': known}, samples_only=True)
-                self.assertEqual([text for _, text, _ in found.findings if text], [], (known, seed))
+        for seed, known in enumerate((0.35, 0.5, 0.65, 0.5)):
+            found = drive('predictive', 'ground', motion, {**LIMITS, **self.KNOWN, 'plant_model.offset': known, 'plant.seed': 1 + seed},
+                          monitor={'offset': known}, samples_only=True)
+            self.assertEqual([text for _, text, _ in found.findings if text], [], (known, seed))
 
     def identified(self, overrides):
         """What `identify` finds in steps of half and full speed, straight and turning."""
@@ -311,9 +287,9 @@ class UnknownDriveTrain(unittest.TestCase):
     def wrong(self, plant, off, robot):
         return dict(robot, **{'plant_model.dead_time': max(0.0, self.settings(plant)['plant_model']['dead_time'] + off)})
 
-    def learned(self, plant, motion, robot, known, wrongs, slack=0.0):
+    def learned(self, plant, motion, robot, wrongs, slack=0.0):
         """The models learned from wrong ones, whose last step is as fast as that of a controller that knows the robot."""
-        cases = [('predictive', plant, motion, overrides) for overrides in (dict(robot, **self.OPEN, **known), *wrongs)]
+        cases = [('predictive', plant, motion, overrides) for overrides in (dict(robot, **self.OPEN), *wrongs)]
         best, *found = (found for _, found in drives(cases))
         bar = metrics.response(best, motion)
         for one in found:
@@ -332,9 +308,9 @@ class UnknownDriveTrain(unittest.TestCase):
                 ('box', HALF, {'plant.acceleration_limit': 12.5}, 0.0, 0.01), ('ground', HALF, {'plant.wheel_gain': 0.8}, 0.0, 0.01),
                 ('ground', HALF, soft, 0.0, 0.02)):
             truth = self.settings(plant, robot)['plant']['dead_time'] + delay
-            for seed in (1, 2):
+            for seed in (1, 2) if (plant, step, robot) == ('ground', HALF, {}) else (1,):
                 wrongs = [self.wrong(plant, off, robot) for off in (-self.OFF, self.OFF)]
-                for model in self.learned(plant, self.joystick(seed, step), robot, {}, wrongs):
+                for model in self.learned(plant, self.joystick(seed, step), robot, wrongs):
                     self.assertAlmostEqual(model['dead_time'], truth, delta=tolerance, msg=(plant, step, robot, seed))
 
     def test_the_gain_is_learned(self):
@@ -342,17 +318,8 @@ class UnknownDriveTrain(unittest.TestCase):
             truth = self.settings(plant)['plant_model']['gain']
             for step in (HALF, (1.5, 0.0), (0.0, 0.8)):
                 wrongs = [{'plant_model.gain': share * truth} for share in (0.8, 1.25)]
-                for model in self.learned(plant, self.joystick(1, step), {}, {}, wrongs, 0.05):
+                for model in self.learned(plant, self.joystick(1, step), {}, wrongs, 0.05):
                     self.assertAlmostEqual(model['gain'], truth, delta=0.03 * truth, msg=(plant, step))
-
-    def test_the_dead_time_is_separated_from_a_lag_that_is_far_off(self):
-        robot = {'plant.motor_lag': 0.06}
-        for plant in ('ground', 'box'):
-            for seed in (1, 2):
-                wrongs = [self.wrong(plant, off, robot) for off in (-self.OFF, self.OFF)]
-                for model in self.learned(plant, self.joystick(seed, HALF), robot, {'plant_model.lag': 0.06}, wrongs):
-                    self.assertAlmostEqual(model['dead_time'], self.settings(plant)['plant']['dead_time'], delta=0.01, msg=(plant, seed))
-                    self.assertAlmostEqual(model['lag'], 0.06, delta=0.01, msg=(plant, seed))
 
     def test_it_includes_all_delays_of_the_real_robot(self):
         # 0.08 s of the motors, 10 ms of the network to them, 10 ms for which the newest feedback waits for its joint states,
@@ -362,7 +329,7 @@ class UnknownDriveTrain(unittest.TestCase):
             self.assertAlmostEqual(found.plant_model['dead_time'] + found.plant_model['lag'], 0.1389, delta=0.015, msg=case[3])
 
     def test_it_stays_without_excitation_or_when_disabled(self):
-        cases = [('predictive', plant, points((0.5, *wanted), until=600.0), {}) for plant, wanted in (('box', (0.3, 0.5)), ('real', HALF))]
+        cases = [('predictive', plant, points((0.5, *wanted), until=200.0), {}) for plant, wanted in (('box', (0.3, 0.5)), ('real', HALF))]
         for case, found in drives(cases, samples_only=True):
             self.assertEqual(found.plant_model['dead_time'], self.settings(case[1])['plant_model']['dead_time'], case[1])
         disabled = drive('predictive', 'ground', self.joystick(1), dict(self.wrong('ground', self.OFF, {}), **self.OPEN))

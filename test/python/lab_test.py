@@ -112,21 +112,6 @@ class PointMass(unittest.TestCase):
 
 class Scenarios(unittest.TestCase):
 
-    def test_every_override_is_read(self):
-        sets = []
-
-        def look(node):
-            if isinstance(node, dict) and 'set' in node:
-                sets.append(node['set'])
-            for child in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
-                look(child)
-
-        look(thesis.experiments())
-        self.assertGreater(len(sets), 40)
-        for overrides in sets:
-            thesis_gains = any(key.startswith('controller.') for key in overrides)
-            engine.settings('ground', 'standard' if thesis_gains else 'predictive', overrides)
-
     def test_jobs_do_not_change_the_files(self):
         with tempfile.TemporaryDirectory() as directory:
             for jobs in (1, 3):

@@ -101,7 +101,7 @@ class Launch(unittest.TestCase):
 
     def test_every_preset_drives_slowly_fast_on_an_arc_and_in_place_and_stops(self):
         for preset, plant in (('standard', 'ground'), ('improved', 'ground'), ('tuned', 'ground'), ('predictive', 'ground'), ('diff_drive', 'ground'),
-                              ('improved', 'box'), ('predictive', 'box'), ('standard', 'real'), ('predictive', 'real')):
+                              ('improved', 'box'), ('predictive', 'box'), ('predictive', 'real')):
             self.drive(REAL if plant == 'real' else TOUR, 'preset:={} plant:={}'.format(preset, plant), plant)
 
     def test_takes_gains_a_model_and_a_plant_of_files(self):

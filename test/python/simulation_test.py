@@ -3,65 +3,18 @@
 
 import concurrent.futures
 import math
-import pathlib
 import pickle
-import subprocess
-import tempfile
 import unittest
 
 import jackal_aic
 import numpy
 import rosunit
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-
 
 def same(one, other):
     """Whether two drives are exactly equal."""
     return all(numpy.array_equal(value, other.columns()[name], equal_nan=value.dtype.kind == 'f')
                for name, value in one.columns().items())
-
-
-class StepResponses(unittest.TestCase):
-
-    def response(self, value, set_point=1.0, duration=4.0):
-        """Of a function of the time since the step, sampled every millisecond."""
-        time = 0.001 * numpy.arange(int(1000.0 * (1.0 + duration)) + 1)
-        return jackal_aic.step_response(time, [0.0 if t < 1.0 else value(t - 1.0) for t in time], 1.0, 0.0, set_point)
-
-    def test_a_first_order_lag_matches_its_closed_form(self):
-        found = self.response(lambda t: 0.5 * (1.0 - numpy.exp(-t / 0.2)), 0.5)
-        self.assertTrue(found.bounded)
-        self.assertAlmostEqual(found.settling_time, 0.2 * numpy.log(20.0), delta=1e-3)
-        self.assertAlmostEqual(found.rise_time, 0.2 * numpy.log(9.0), delta=1e-3)
-        self.assertEqual(found.overshoot, 0.0)
-        self.assertAlmostEqual(found.steady_error, 0.0, delta=1e-3)
-
-    def test_ringing_settles_at_the_last_entry_into_the_band(self):
-        times, decay, frequency = 0.001 * numpy.arange(6000), 2.0, 8.0
-        ringing = lambda t: 1.0 - numpy.exp(-decay * t) * numpy.cos(frequency * t)  # noqa: E731
-        found = self.response(ringing, duration=6.0)
-        self.assertAlmostEqual(found.settling_time, times[numpy.abs(ringing(times) - 1.0) > 0.05][-1], delta=2e-3)
-        self.assertGreater(found.settling_time, 1.0)  # long after the first crossing
-        self.assertAlmostEqual(found.overshoot, 100.0 * (ringing((numpy.pi - numpy.arctan(decay / frequency)) / frequency) - 1.0), delta=1e-2)
-
-    def test_the_band_is_around_the_final_value(self):
-        found = self.response(lambda t: 0.8 * (1.0 - numpy.exp(-t / 0.1)))
-        self.assertAlmostEqual(found.settling_time, 0.1 * numpy.log(20.0), delta=1e-3)
-        self.assertIsNone(found.rise_time)  # 90 % of the set point are never reached
-        self.assertAlmostEqual(found.steady_error, -20.0, delta=1e-3)
-        for reached in (0.0, 0.01):
-            self.assertIsNone(self.response(lambda t: reached).settling_time)
-        self.assertIsNone(self.response(numpy.sin).settling_time)
-
-    def test_what_diverges_has_no_figures(self):
-        for value in (lambda t: 0.1 * numpy.exp(3.0 * t), lambda t: numpy.nan if t > 2.0 else t):
-            self.assertEqual(self.response(value), (None, None, 0.0, 0.0, False))
-
-    def test_series_that_cannot_be_assessed_are_refused(self):
-        for series in (([0.0, 1.0], [0.0], 0.0, 0.0, 1.0), ([0.0, 0.4], [0.0, 1.0], 0.0, 0.0, 1.0), ([0.0, 1.0], [0.0, 1.0], 0.0, 1.0, 1.0)):
-            with self.assertRaises(ValueError):
-                jackal_aic.step_response(*series)
 
 
 class Drives(unittest.TestCase):
@@ -139,7 +92,7 @@ class Drives(unittest.TestCase):
 class StepResponse(unittest.TestCase):
     """Figures of responses with a closed form; the step is at 1 s."""
 
-    def figures(self, response, set_point, duration=4.0):
+    def figures(self, response, set_point=1.0, duration=4.0):
         time = numpy.arange(0.0, 1.0 + duration + 5e-4, 0.001)
         return jackal_aic.step_response(time, numpy.where(time < 1.0, 0.0, response(time - 1.0)), 1.0, 0.0, set_point)
 
@@ -159,19 +112,19 @@ class StepResponse(unittest.TestCase):
 
         def ringing(t):
             return 1.0 - numpy.exp(-decay * t) * numpy.cos(frequency * t)
-        found, t = self.figures(ringing, 1.0, 6.0), numpy.arange(0.0, 6.0, 0.001)
+        found, t = self.figures(ringing, duration=6.0), numpy.arange(0.0, 6.0, 0.001)
         self.assertAlmostEqual(found.settling_time, t[abs(ringing(t) - 1.0) > 0.05][-1], delta=2e-3)
         self.assertGreater(found.settling_time, 1.0, 'long after the first crossing')
         self.assertAlmostEqual(found.overshoot, 100.0 * (ringing((math.pi - math.atan(decay / frequency)) / frequency) - 1.0), delta=1e-2)
 
-    def test_of_a_robot_that_stands_or_diverges_have_no_settling(self):
+    def test_of_a_robot_that_stands_swings_on_or_diverges_have_no_settling(self):
         for reached in (0.0, 0.01):
-            found = self.figures(lambda t: reached + 0.0 * t, 1.0)
+            found = self.figures(lambda t: reached + 0.0 * t)
             self.assertIsNone(found.settling_time)
             self.assertAlmostEqual(found.steady_error, 100.0 * (reached - 1.0), delta=1e-6)
+        self.assertIsNone(self.figures(numpy.sin).settling_time)
         for response in (lambda t: 0.1 * numpy.exp(3.0 * t), lambda t: numpy.where(t > 2.0, math.nan, t)):
-            found = self.figures(response, 1.0)
-            self.assertEqual((found.bounded, found.settling_time, found.rise_time), (False, None, None))
+            self.assertEqual(self.figures(response), (None, None, 0.0, 0.0, False))
 
     def test_series_that_cannot_be_assessed_are_refused(self):
         for time, values, initial in (([0.0, 1.0], [0.0], 0.0), ([0.0, 0.4], [0.0, 1.0], 0.0), ([0.0, 1.0], [0.0, 1.0], 1.0)):
@@ -258,24 +211,6 @@ class OwnControllers(unittest.TestCase):
             rate = 30.0
         with self.assertRaisesRegex(ValueError, r'Slow.rate = 30 Hz: must be in \[1, 1000\] and divide 1000'):
             jackal_aic.simulate('ground', Slow(), (0.5, 0.0))
-
-
-class Examples(unittest.TestCase):
-    """Which the test of the documentation runs, too."""
-
-    def output(self, name):
-        with tempfile.TemporaryDirectory() as directory:
-            text = subprocess.check_output(['/usr/bin/python3', str(SOURCE / 'sim/lab/examples' / name)], cwd=directory, universal_newlines=True)
-            return text, {path.name: path.stat().st_size for path in pathlib.Path(directory).iterdir()}
-
-    def test_draw_a_first_drive_in_30_lines_and_drive_by_an_own_controller(self):
-        text, files = self.output('first_drive.py')
-        self.assertIn('Wrote first_drive.png', text)
-        self.assertGreater(files['first_drive.png'], 10000)
-        self.assertLessEqual((SOURCE / 'sim/lab/examples/first_drive.py').read_text().count('\n'), 30)
-        text, _ = self.output('own_controller.py')
-        self.assertEqual([line.split()[0] for line in text.splitlines()], ['PI', 'PI', 'predictive', 'predictive'])
-        self.assertNotIn('settling never', text)
 
 
 if __name__ == '__main__':

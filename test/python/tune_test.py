@@ -4,6 +4,7 @@
 import pathlib
 import tempfile
 import unittest
+import unittest.mock
 
 from drives import SOURCE, run
 import engine
@@ -77,6 +78,9 @@ class Worth(unittest.TestCase):
 class Tune(unittest.TestCase):
 
     def setUp(self):
+        rounds = unittest.mock.patch.object(tuning, 'ROUNDS', 2)  # of four alike
+        rounds.start()
+        self.addCleanup(rounds.stop)
         directory = tempfile.TemporaryDirectory()
         self.addCleanup(directory.cleanup)
         self.out = directory.name + '/tuned.yaml'

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <thread>
+#include <utility>
 
 namespace jackal_aic {
 namespace {
@@ -24,28 +24,20 @@ TEST(Latest, GivesEachValueOnceAndTheNewestOnly) {
   EXPECT_EQ(*latest.read(), 5);
 }
 
-/// A value that is torn would have parts that differ.
-struct Pair {
-  long first = 0, second = 0;
-};
-
 TEST(Latest, NeverTearsAValueAndNeverGoesBack) {
   constexpr long kValues = 200000;
-  Latest<Pair> latest;
+  Latest<std::pair<long, long>> latest;
   std::thread writer([&] {
     for (long i = 1; i <= kValues; ++i) latest.write({i, i});
   });
-  long last = 0, reads = 0;
-  while (last < kValues) {
-    const Pair* value = latest.read();
+  for (long last = 0; last < kValues;) {
+    const auto* value = latest.read();
     if (!value) continue;
-    ++reads;
     ASSERT_EQ(value->first, value->second);
     ASSERT_GT(value->first, last);
     last = value->first;
   }
   writer.join();
-  EXPECT_GT(reads, 0);
 }
 
 }  // namespace

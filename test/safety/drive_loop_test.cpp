@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -42,13 +43,12 @@ DriveParameters openLoop(bool monitored) {
   return parameters;
 }
 
-SensorReading reading(const Observation& observation, const ChannelValidity& valid, double sample) {
-  SensorReading reading{observation, FrozenSource::Sample::Constant(sample)};
-  reading.observation.valid = valid;
-  return reading;
-}
-
 constexpr ChannelValidity kWheels{false, true, true, false}, kImu{true, false, false, true};
+
+SensorReading reading(Observation observation, const ChannelValidity& valid, double sample) {
+  observation.valid = valid;
+  return {observation, FrozenSource::Sample::Constant(sample)};
+}
 
 /// A robot whose wheels follow their command with a lag of 0.1 s, and its drive loop.
 struct Robot {
@@ -57,9 +57,8 @@ struct Robot {
     loop.release();
   }
 
-  /// Drives for a time [s]. @param sources that send: w wheels, i IMU, p pairs, x pairs with impossible wheel speeds,
-  /// l the IMU late and its pairs, 5 an IMU of 5 Hz and its pairs, 4 one of 4 Hz, s the set point. A pair of a slow IMU
-  /// comes with the next message of the wheels, before it.
+  /// Drives for a time [s]. @param sources that send: w wheels, i IMU, p pairs, l the IMU late and its pairs, 5 an IMU
+  /// of 5 Hz and its pairs, 4 one of 4 Hz, s the set point. A pair of a slow IMU comes before the next wheels.
   void drive(double duration, const std::string& sources = "wips") {
     const auto sends = [&sources](char source) { return sources.find(source) != std::string::npos; };
     for (long end = tick + std::lround(duration / kTick); tick < end; ++tick) {
@@ -71,9 +70,6 @@ struct Robot {
         if (sends('w')) loop.receiveWheels(reading(y, kWheels, now), now);
         if (sends('i')) loop.receiveImu(reading(y, kImu, imu_repeats ? 0.0 : now), now);
         if (sends('p')) loop.observe(y, now);
-        Observation impossible = y;
-        impossible.wheel_left = impossible.wheel_right = 200.0;
-        if (sends('x')) loop.observe(impossible, now);
         sent.push_back(y);
       }
       if (tick % 20 == 15 && sends('l') && sent.size() > kLate) {
@@ -97,13 +93,8 @@ struct Robot {
 
   Observation sample() const {
     const double noise = 0.001 * static_cast<double>(tick % 7);
-    const BodyVector body = kinematics.bodyVelocity({speed(0), speed(1)});
-    Observation y;
-    y.stamp = now;
-    y.wheel_left = speed(0) + noise;
-    y.wheel_right = speed(1) - noise;
-    y.yaw_rate = body(kYaw) + noise;
-    return y;
+    const double yaw_rate = kinematics.bodyVelocity({speed(0), speed(1)})(kYaw);
+    return {now, yaw_rate + noise, speed(0) + noise, speed(1) - noise, 0.0, 0.0};
   }
 
   void driveAfterAZeroSetPoint(double duration) {
@@ -136,8 +127,7 @@ struct Robot {
   DriveLoop loop;
   SetPoint set_point{0.5, 0.0, 0.0};
   RobotStatus robot;
-  double start = 10.0;
-  double now = 10.0;
+  double start = 10.0, now = 10.0;
   long tick = 0;
   WheelVector speed = WheelVector::Zero();
   WheelCommand command;
@@ -147,22 +137,16 @@ struct Robot {
   std::vector<Observation> sent;
 };
 
-template <DriveParameters (*parameters)()>
-class DriveLoopOf : public testing::Test, protected Robot {
+class ThesisLoop : public testing::Test, protected Robot {
  protected:
-  DriveLoopOf() : Robot(parameters()) {}
+  ThesisLoop() : Robot(thesis()) {}
 };
-
-using ThesisLoop = DriveLoopOf<thesis>;
-using PredictiveLoop = DriveLoopOf<predictive>;
 
 /// A loop that was started and not released.
 class LatchedLoop : public ThesisLoop {
  protected:
   LatchedLoop() { loop.start({}, now); }
 };
-
-// ---- driving
 
 TEST(DriveLoop, DrivesToTheSetPointWithOneCommandAPeriod) {
   for (const DriveParameters& parameters : {thesis(), predictive()}) {
@@ -176,26 +160,24 @@ TEST(DriveLoop, DrivesToTheSetPointWithOneCommandAPeriod) {
 }
 
 TEST(DriveLoop, WaitsForWheelsAndSetPointAndStopsWithoutThem) {
-  const struct {
-    const char* sources;
-    DriveStatus first, later;  // from the start on, and after having driven
-    const char *first_reason, *later_reason;
-  } rows[] = {
-      {"", DriveStatus::idle, DriveStatus::stopped, "no set point received yet", "set point too old"},
-      {"s", DriveStatus::stopped, DriveStatus::stopped, "no wheel speeds received yet", "wheel speeds too old"},
-      {"is", DriveStatus::stopped, DriveStatus::stopped, "no wheel speeds received yet", "wheel speeds too old"},
-      {"wip", DriveStatus::idle, DriveStatus::stopped, "no set point received yet", "set point too old"},
-      {"ps", DriveStatus::driving, DriveStatus::driving, "", ""}};
-  for (const auto& row : rows) {
-    SCOPED_TRACE(row.sources);
+  using Status = DriveStatus;
+  const std::tuple<const char*, Status, const char*, Status, const char*> rows[] = {
+      // first, and after having driven
+      {"", Status::idle, "no set point received yet", Status::stopped, "set point too old"},
+      {"s", Status::stopped, "no wheel speeds received yet", Status::stopped, "wheel speeds too old"},
+      {"is", Status::stopped, "no wheel speeds received yet", Status::stopped, "wheel speeds too old"},
+      {"wip", Status::idle, "no set point received yet", Status::stopped, "set point too old"},
+      {"ps", Status::driving, "", Status::driving, ""}};
+  for (const auto& [sources, first, first_reason, later, later_reason] : rows) {
+    SCOPED_TRACE(sources);
     Robot robot(thesis());
-    robot.drive(0.4, row.sources);
-    robot.expect(row.first, row.first_reason);
+    robot.drive(0.4, sources);
+    robot.expect(first, first_reason);
     robot.drive(2.0);
-    EXPECT_EQ(robot.status(), DriveStatus::driving) << robot.why();
-    robot.drive(2.0, row.sources);
-    robot.expect(row.later, row.later_reason);
-    EXPECT_EQ(robot.command == WheelCommand{}, row.later == DriveStatus::stopped);
+    EXPECT_EQ(robot.status(), Status::driving) << robot.why();
+    robot.drive(2.0, sources);
+    robot.expect(later, later_reason);
+    EXPECT_EQ(robot.command == WheelCommand{}, later == Status::stopped);
   }
 }
 
@@ -237,15 +219,10 @@ TEST_F(ThesisLoop, SetPointWithAnOldStampIsLate) {
   EXPECT_EQ(status(), DriveStatus::driving) << why();
 }
 
-// ---- the latch of the start, of stops and of faults
-
 TEST_F(LatchedLoop, ClockThatStepsBackAtRestKeepsTheLatch) {
-  const struct {
-    bool RobotStatus::*stop;
-    DriveStatus status;
-  } rows[] = {{&RobotStatus::emergency_stop, DriveStatus::stopped}, {&RobotStatus::driver_fault, DriveStatus::faulted}};
   unsigned resets = 0;
-  for (const auto& [stop, latched] : rows) {
+  for (const auto& [stop, latched] : {std::pair(&RobotStatus::emergency_stop, DriveStatus::stopped),
+                                      std::pair(&RobotStatus::driver_fault, DriveStatus::faulted)}) {
     driveAfterAZeroSetPoint(1.8);
     ASSERT_EQ(status(), DriveStatus::driving) << why();
     robot.*stop = true;
@@ -279,7 +256,6 @@ TEST_F(LatchedLoop, SetPointsThatLastSinceTheStartDoNotMoveTheRobot) {
   expectLatched(DriveStatus::stopped, 3.0);
   driveAfterAZeroSetPoint(1.8);
   EXPECT_EQ(status(), DriveStatus::driving) << why();
-  // From rest, and on the move.
   loop.start({}, now);
   EXPECT_EQ(loop.command(), WheelCommand{});
   command = {};
@@ -301,30 +277,27 @@ TEST_F(LatchedLoop, SetPointsThatLastSinceTheStartDoNotMoveTheRobot) {
 
 TEST(DriveLoop, ReportedStopsAreNamedAndLatchedByTheirKind) {
   const struct {
-    void (*set)(RobotStatus&);
-    DriveStatus status;
+    bool RobotStatus::*reported;
     bool latches;
     const char* reason;
+    DriveStatus status = DriveStatus::stopped;
   } rows[] = {
-      {[](RobotStatus& r) { r.motors_off = true; }, DriveStatus::stopped, true, "motors do not take velocity commands"},
-      {[](RobotStatus& r) { r.robot_stopped = true; }, DriveStatus::stopped, true, "robot reports that it is stopped"},
-      {[](RobotStatus& r) { r.emergency_stop = true; }, DriveStatus::stopped, true, "emergency stop"},
-      {[](RobotStatus& r) { r.disabled = true; }, DriveStatus::stopped, true, "disabled"},
-      {[](RobotStatus& r) { r.ending = true; }, DriveStatus::stopped, false, "controller is to end"},
-      {[](RobotStatus& r) { r.driver_fault = true; }, DriveStatus::faulted, true, "motor driver reports a fault"},
-      {[](RobotStatus& r) { r.contended = true; }, DriveStatus::faulted, true,
-       "another node publishes commands: /a on /b"},
-      {[](RobotStatus& r) { r.rivals = true; }, DriveStatus::stopped, false,
-       "more than one node publishes set points: /a on /b"},
-      {[](RobotStatus& r) { r.graph_checked = false; }, DriveStatus::stopped, false,
-       "publishers of commands and emergency stop not checked yet: /a on /b"}};
+      {&RobotStatus::motors_off, true, "motors do not take velocity commands"},
+      {&RobotStatus::robot_stopped, true, "robot reports that it is stopped"},
+      {&RobotStatus::emergency_stop, true, "emergency stop"},
+      {&RobotStatus::disabled, true, "disabled"},
+      {&RobotStatus::ending, false, "controller is to end"},
+      {&RobotStatus::driver_fault, true, "motor driver reports a fault", DriveStatus::faulted},
+      {&RobotStatus::contended, true, "another node publishes commands: /a on /b", DriveStatus::faulted},
+      {&RobotStatus::rivals, false, "more than one node publishes set points: /a on /b"},
+      {&RobotStatus::graph_checked, false, "publishers of commands and emergency stop not checked yet: /a on /b"}};
   for (const auto& row : rows) {
     SCOPED_TRACE(row.reason);
     Robot robot(thesis());
     robot.drive(2.0);
     ASSERT_EQ(robot.status(), DriveStatus::driving);
     EXPECT_EQ(reason(robot.loop.status(), "/a on /b"), "");
-    row.set(robot.robot);
+    robot.robot.*row.reported = !(robot.robot.*row.reported);
     robot.drive(0.03);
     EXPECT_EQ(robot.status(), DriveStatus::braking);
     robot.drive(2.0);
@@ -343,41 +316,35 @@ TEST(DriveLoop, ReportedStopsAreNamedAndLatchedByTheirKind) {
   }
 }
 
-// ---- sensors that are late, lost, frozen or wrong
-
 TEST(DriveLoop, LossOfTheImuIsToldOnceAndTheWheelsAreObservedAlone) {
-  const struct {
-    const char* sources;
-    int periods;
-    bool lost;
-  } rows[] = {{"wls", 50, true},  // its messages are too old
-              {"ws", 100, true},
-              {"w4s", 500, true},
-              {"w5s", 500, false}};  // its period is its deadline: the robot drives on
-  for (const auto& row : rows) {
-    SCOPED_TRACE(row.sources);
+  const std::tuple<std::string, int, bool> rows[] = {{"wls", 50, true},  // its messages are too old
+                                                     {"ws", 100, true},
+                                                     {"w4s", 500, true},
+                                                     {"w5s", 500, false}};  // its period is its deadline
+  for (const auto& [sources, periods, lost] : rows) {
+    SCOPED_TRACE(sources);
     Robot robot(thesis());
     robot.drive(2.0);
-    if (row.sources == std::string("ws")) robot.sendImu();  // of an IMU that is faster than the wheels
+    if (sources == "ws") robot.sendImu();  // of an IMU that is faster than the wheels
     std::string before;
     int changes = 0;
-    const auto count = [&](const char* sources, int periods) {
-      for (int k = 0; k < periods; ++k) {
-        robot.drive(kPeriod, sources);
+    const auto count = [&](const std::string& heard, int steps) {
+      for (int k = 0; k < steps; ++k) {
+        robot.drive(kPeriod, heard);
         ASSERT_EQ(robot.status(), DriveStatus::driving) << robot.why();
         changes += robot.why() != before;
         before = robot.why();
       }
     };
-    count(row.sources, row.periods);
+    count(sources, periods);
     EXPECT_NEAR(robot.forward(), 0.5, 0.05) << "follows the wheels";
-    if (!row.lost) continue;
+    if (!lost) continue;
     EXPECT_EQ(before, "yaw rate lost");
     EXPECT_EQ(changes, 1);
     count("wips", 500);
     EXPECT_EQ(before, "") << "it is back";
     EXPECT_EQ(changes, 2);
-    if (row.sources == std::string("wls")) continue;
+    if (sources == "wls") continue;
     EXPECT_EQ(robot.loop.status().rejected_measurements, 0u) << "a pair whose wheels were observed alone is no error";
   }
 }
@@ -405,14 +372,14 @@ TEST(DriveLoop, OdometryIgnoresImpossibleSamples) {
 TEST_F(ThesisLoop, StartForgetsThatTheImuRepeated) {
   drive(1.0);
   imu_repeats = true;
-  drive(0.6);
-  EXPECT_EQ(why(), "yaw rate lost");
-  loop.start({}, now);
-  loop.release();
-  drive(0.2);
-  EXPECT_EQ(why(), "");
-  drive(0.4);
-  EXPECT_EQ(why(), "yaw rate lost");
+  for (int start = 0; start < 2; ++start) {
+    drive(0.2);
+    EXPECT_EQ(why(), "");
+    drive(0.4);
+    EXPECT_EQ(why(), "yaw rate lost");
+    loop.start({}, now);
+    loop.release();
+  }
 }
 
 TEST(DriveLoop, DeadEncoderIsNamedAndTheRobotDrivesOn) {
@@ -444,8 +411,6 @@ TEST(DriveLoop, OpenLoopIsMonitoredOnRequestAndPredictiveNeedsAModel) {
   EXPECT_THROW(makeController(parameters), ParameterError);
 }
 
-// ---- time
-
 TEST(DriveLoop, EveryInputButFeedbackDetectsAClockThatRanBack) {
   const Observation y;
   const DriveInput calls[] = {{1.0, BeliefInput{}},      {1.0, ActionInput{}},        {1.0, ActionInput{1.0}},
@@ -462,16 +427,16 @@ TEST(DriveLoop, EveryInputButFeedbackDetectsAClockThatRanBack) {
   }
 }
 
-TEST_F(PredictiveLoop, LearnedModelOutlastsAClockThatRanBack) {
-  loop.setLearned({{0.6, 1.0}}, start);
+TEST(DriveLoop, LearnedModelOutlastsAClockThatRanBack) {
+  DriveLoop loop(predictive(), makeController(predictive()));
+  loop.setLearned({{0.6, 1.0}}, 10.0);
   const auto& controller = dynamic_cast<const PredictiveController&>(loop.controller());
   EXPECT_EQ(controller.learned().slip.effective_track, 0.6);
-  loop.advance(start - 5.0);
+  loop.advance(5.0);
   EXPECT_EQ(loop.status().clock_resets, 1u);
   EXPECT_EQ(controller.learned().slip.effective_track, 0.6);
 }
 
-/// Drives by a timer that is set to the time that the loop asks for.
 TEST_F(ThesisLoop, TimerIsSetToRightAfterTheMeasurements) {
   drive(0.1, "");
   double due = now + kPeriod;
@@ -491,28 +456,22 @@ TEST_F(ThesisLoop, TimerIsSetToRightAfterTheMeasurements) {
   EXPECT_NEAR(loop.nextDue(now, now), now + kPeriod, 1e-6) << "a start forgets the measurements";
 }
 
-// ---- recorded inputs
-
 /// Inputs of every kind, with stops and a clock that runs back, are replayed by another loop.
 void expectReplay(const DriveParameters& parameters) {
   Robot robot(parameters);
-  std::vector<DriveInput> heard;
-  std::vector<WheelCommand> driven;
-  robot.loop.listen([&](const DriveInput& input) {
-    heard.push_back(input);
-    if (std::holds_alternative<ActionInput>(input.what)) driven.push_back(robot.loop.command());
-  });
   DriveLoop& loop = robot.loop;
+  std::vector<std::pair<DriveInput, WheelCommand>> heard;  // with the command before it
+  loop.listen([&](const DriveInput& input) { heard.emplace_back(input, loop.command()); });
   loop.setLearned({{0.5, 0.95}}, robot.start);
   robot.drive(1.0);
   robot.set_point = {0.3, 0.0, 0.4};
   robot.drive(1.0, "ws");  // the IMU falls silent: the wheels are observed by the loop itself
   loop.freezeLearning(true, robot.now);
-  const bool thesis_gains = std::holds_alternative<ControllerParameters>(parameters.controller);
   ControllerParameters slow_action;
   slow_action.kappa_a *= 0.9;
   PredictiveParameters slow_reference;
   slow_reference.reference_time *= 2.0;
+  const bool thesis_gains = std::holds_alternative<ControllerParameters>(parameters.controller);
   if (thesis_gains) loop.adoptGains(slow_action, robot.now);
   if (!thesis_gains) loop.adoptGains(slow_reference, robot.now);
   loop.receiveFeedback(robot.now, robot.now);
@@ -531,19 +490,15 @@ void expectReplay(const DriveParameters& parameters) {
   robot.set_point = {-0.3, 0.0, 0.0};
   robot.drive(0.021);
   loop.advance(robot.now + 0.02, robot.now + 0.02);  // an action that was due at a time of its own
-  ASSERT_GT(driven.size(), 200u);
-  std::set<std::size_t> kinds;
-  for (const DriveInput& input : heard) kinds.insert(input.what.index());
-  EXPECT_EQ(kinds.size(), std::variant_size_v<decltype(DriveInput::what)>);
-
   DriveLoop again(parameters, makeController(parameters));
   again.release();
-  std::size_t actions = 0, different = 0;
-  for (const DriveInput& input : heard) {
-    if (std::holds_alternative<ActionInput>(input.what) && again.command() != driven.at(actions++)) ++different;
+  std::set<std::size_t> kinds;
+  for (const auto& [input, command] : heard) {
+    ASSERT_EQ(again.command(), command) << "input " << input.what.index() << " at " << input.now;
     again.take(input);
+    kinds.insert(input.what.index());
   }
-  EXPECT_EQ(different, 0u);
+  EXPECT_EQ(kinds.size(), std::variant_size_v<decltype(DriveInput::what)>);
   EXPECT_EQ(again.command(), loop.command());
   EXPECT_EQ(again.controller().freeEnergy(), loop.controller().freeEnergy());
   EXPECT_EQ(again.status().clock_resets, 1u);

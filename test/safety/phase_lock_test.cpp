@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "jackal_aic/safety/step_schedule.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -19,10 +21,10 @@ struct Drive {
   std::vector<double> ages;     // of the newest measurement at each action [ms]
   std::vector<double> periods;  // between actions [ms]
 
-  double age(double part) const {
-    std::vector<double> sorted = ages;
-    std::sort(sorted.begin(), sorted.end());
-    return sorted.at(static_cast<std::size_t>(part * static_cast<double>(sorted.size() - 1)));
+  /// That this part of the actions does not exceed.
+  double age(double part) {
+    std::sort(ages.begin(), ages.end());
+    return ages.at(static_cast<std::size_t>(part * static_cast<double>(ages.size() - 1)));
   }
   void expectPeriods(double tolerance) const {
     EXPECT_LE(*std::max_element(periods.begin(), periods.end()), 20.0 + tolerance);
@@ -49,11 +51,10 @@ Drive run(const Times& arrivals, std::int64_t end, std::int64_t first = 7 * kMs,
 }
 
 /// Measurements of a rate from `first` on.
-Times arrivals(
-    std::int64_t period, std::int64_t end, std::int64_t first = 0,
-    const std::function<std::int64_t()>& jitter = [] { return 0; }) {
+Times arrivals(std::int64_t period, std::int64_t end, std::int64_t first = 0,
+               const std::function<std::int64_t()>& jitter = {}) {
   Times times;
-  for (std::int64_t t = first; t < end; t += period) times.push_back(t + jitter());
+  for (std::int64_t t = first; t < end; t += period) times.push_back(t + (jitter ? jitter() : 0));
   std::sort(times.begin(), times.end());
   return times;
 }
@@ -70,7 +71,7 @@ TEST(PhaseLock, KeepsItsRateWithoutMeasurementsAndLocksAgain) {
   const Times silence = arrivals(kPeriod, 2 * kSecond) + arrivals(kPeriod, 6 * kSecond, 4 * kSecond + 9 * kMs);
   EXPECT_LE(run(silence, 6 * kSecond, 0, 4 * kSecond + 50 * kMs).age(1.0), 0.6);
   const Times restarted = arrivals(kPeriod, 4 * kSecond) + arrivals(kPeriod, 8 * kSecond, 4 * kSecond + 12 * kMs);
-  const Drive moved = run(restarted, 8 * kSecond, 0, 4 * kSecond);
+  Drive moved = run(restarted, 8 * kSecond, 0, 4 * kSecond);
   EXPECT_LE(moved.age(0.7), 0.6);
   moved.expectPeriods(0.6);
   EXPECT_LE(run(restarted, 8 * kSecond, 0, 6 * kSecond).age(1.0), 0.6);
@@ -81,14 +82,14 @@ TEST(PhaseLock, WaitsForJitterAndNotForRareDelays) {
     std::mt19937 random(5);
     std::normal_distribution<double> normal(0.0, spread * kMs);
     const auto late = [&] { return std::llabs(std::llround(normal(random))); };
-    const Drive found = run(arrivals(kPeriod, 60 * kSecond, 0, late), 60 * kSecond);
+    Drive found = run(arrivals(kPeriod, 60 * kSecond, 0, late), 60 * kSecond);
     EXPECT_LE(found.age(0.5), 0.4 + 3.0 * spread) << spread;
     EXPECT_LE(found.age(0.99), 0.4 + 5.0 * spread) << spread;
     found.expectPeriods(0.6);
   }
   std::mt19937 random(6);
   const auto rarely = [&] { return random() % 100 == 0 ? 8 * kMs : static_cast<std::int64_t>(random() % 100000); };
-  const Drive found = run(arrivals(kPeriod, 60 * kSecond, 0, rarely), 60 * kSecond);
+  Drive found = run(arrivals(kPeriod, 60 * kSecond, 0, rarely), 60 * kSecond);
   EXPECT_LE(found.age(0.98), 1.0);
   found.expectPeriods(0.5);
 }
@@ -96,7 +97,7 @@ TEST(PhaseLock, WaitsForJitterAndNotForRareDelays) {
 TEST(PhaseLock, FollowsDriftButNotATenthOfAMillisecond) {
   for (const double percent : {-1.0, -0.1, -0.01, 0.01, 0.1, 1.0}) {
     const std::int64_t period = kPeriod + std::llround(0.01 * percent * kPeriod);
-    const Drive found = run(arrivals(period, 60 * kSecond), 60 * kSecond);
+    Drive found = run(arrivals(period, 60 * kSecond), 60 * kSecond);
     EXPECT_LE(found.age(0.5), 0.7) << percent;
     EXPECT_LE(found.age(0.99), 1.5) << percent;
     found.expectPeriods(0.6);
@@ -114,6 +115,17 @@ TEST(PhaseLock, LateTimerGoesOnFromNowAndResetForgets) {
   lock.arrived(5 * kMs);
   lock.reset();
   EXPECT_EQ(lock.next(7 * kMs, 7 * kMs), 27 * kMs);
+}
+
+TEST(StepSchedule, RunsATimerBroughtForwardAndNothingBeforeTheStartOrTwice) {
+  StepSchedule schedule(kMs, 20, 5);
+  EXPECT_EQ(schedule.beliefStepsDue(kSecond) + schedule.actionPeriodsDue(kSecond), 0);
+  schedule.start(kSecond);
+  EXPECT_EQ(schedule.actionPeriodsDue(kSecond), 0);
+  EXPECT_EQ(schedule.actionPeriodsDue(kSecond + 18 * kMs), 0) << "a tenth of a period early is no jitter";
+  EXPECT_EQ(schedule.actionPeriodsDue(kSecond + 19 * kMs), 1);
+  schedule.actionStepDone(kSecond + 19 * kMs);
+  EXPECT_EQ(schedule.actionPeriodsDue(kSecond + 19 * kMs), 0);
 }
 
 }  // namespace

@@ -252,9 +252,10 @@ class Identify(unittest.TestCase):
         self.assertFalse((self.directory / 'drive_identification.png').exists())
         self.assertIn('--plot and --no-plot', self.run_it('drive.bag', '--no-plot', '--plot', 'picture.png', status=2))
         (self.directory / 'matplotlib.py').write_text("raise ImportError('hidden')\n")
-        said = self.run_it('drive.bag', '--out', 'model.yaml', '--csv', 'speeds.csv', PYTHONPATH=str(self.directory))
-        for words in ('Plant model: model.yaml\n', 'Table: speeds.csv\n', 'needs matplotlib',
-                      'identify: drive_identification.png: could not be drawn, as said above; --no-plot leaves it out\n'):
+        said = self.run_it('drive.bag', '--out', 'model.yaml', '--csv', 'speeds.csv',
+                           PYTHONPATH='{}:{}'.format(self.directory, os.environ['PYTHONPATH']))
+        for words in ('Plant model: model.yaml\n', 'Table: speeds.csv\n', 'identify: drive_identification.png: could not be drawn: the picture '
+                      'needs matplotlib (apt install python3-matplotlib): hidden; --no-plot leaves it out\n'):
             self.assertIn(words, said)
         self.assertNotIn('Traceback', said)
         said = self.run_it('drive.bag', '--out', 'model.yaml', '--plot', 'nowhere/picture.png', status=2)  # it was asked for

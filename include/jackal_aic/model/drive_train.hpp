@@ -7,8 +7,8 @@
 ///     dw/dt = clamp((r + z - w) / lag, +- acceleration_limit / radius),    dz/dt = velocity_loop_integral (r - w)
 ///
 /// with the correction z of the motors' velocity loop and a disturbance d of its input. Beliefs, reference model,
-/// certificates, fault detection, identification and baselines share this model. The motor of the simulated robot is
-/// separate on purpose.
+/// certificates, fault detection and baselines share this model. The motor of the simulated robot is separate on
+/// purpose.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <regex>
 #include <vector>
 
 #include "../../complaint.hpp"
@@ -14,21 +13,6 @@ namespace {
 
 std::string refusal(const std::string& urdf) {
   return complaint([&] { readRobotModel(urdf); });
-}
-
-TEST(RobotModel, ReadsThePublishedJackal) {
-  const RobotModel robot = readRobotModel(jackalUrdf());
-  EXPECT_DOUBLE_EQ(robot.chassis.mass, 16.523);
-  EXPECT_TRUE(robot.chassis.centre.isApprox(Eigen::Vector3d(0.012, 0.002, 0.067)));
-  Eigen::Matrix3d inertia;
-  inertia << 0.3136, -0.0008, 0.0164, -0.0008, 0.3922, -0.0009, 0.0164, -0.0009, 0.4485;
-  EXPECT_TRUE(robot.chassis.inertia.isApprox(inertia));
-  for (const WheelModel& wheel : robot.wheels) {
-    EXPECT_DOUBLE_EQ(wheel.body.mass, 0.477);
-    EXPECT_TRUE(wheel.body.inertia.diagonal().isApprox(Eigen::Vector3d(0.0013, 0.0024, 0.0013)));
-    EXPECT_DOUBLE_EQ(wheel.radius, kWheelRadius);
-  }
-  EXPECT_TRUE(robot.imu.isApprox(Eigen::Isometry3d::Identity()));
 }
 
 TEST(RobotModel, LumpsLinksOnFixedJoints) {

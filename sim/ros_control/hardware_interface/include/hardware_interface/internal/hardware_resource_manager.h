@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace hardware_interface {
@@ -29,15 +30,8 @@ class HardwareInterface {
   std::set<std::string> claims_;
 };
 
-/// Getting a handle claims it: one controller at a time.
-struct ClaimResources {
-  static void claim(HardwareInterface* hw, const std::string& name) { hw->claim(name); }
-};
-
-/// Any number of controllers may have the handle.
-struct DontClaimResources {
-  static void claim(HardwareInterface*, const std::string&) {}
-};
+struct ClaimResources {};      ///< getting a handle claims it: one controller at a time
+struct DontClaimResources {};  ///< any number of controllers may have the handle
 
 /// Interface to hardware by its handles. ResourceHandle has std::string getName() const.
 template <class ResourceHandle, class ClaimPolicy = DontClaimResources>
@@ -57,7 +51,7 @@ class HardwareResourceManager : public HardwareInterface {
   ResourceHandle getHandle(const std::string& name) {
     const auto found = resource_map_.find(name);
     if (found == resource_map_.end()) throw HardwareInterfaceException("Could not find resource '" + name + "'.");
-    ClaimPolicy::claim(this, name);
+    if (std::is_same<ClaimPolicy, ClaimResources>::value) claim(name);
     return found->second;
   }
 
