@@ -94,12 +94,12 @@ void DriveTrainFit::step(Wheel& wheel, double given) {
   wheel.history[newest_] = wheel.filtered;
 }
 
-void DriveTrainFit::observe(const WheelVector& filtered, double part) {
-  observe(wheels_[0], filtered(0), part);
-  observe(wheels_[1], filtered(1), part);
+void DriveTrainFit::observe(const WheelVector& filtered, const WheelVector& weight, double part) {
+  observe(wheels_[0], filtered(0), weight(0), part);
+  observe(wheels_[1], filtered(1), weight(1), part);
 }
 
-void DriveTrainFit::observe(const Wheel& wheel, double filtered, double part) {
+void DriveTrainFit::observe(const Wheel& wheel, double filtered, double weight, double part) {
   // The run is at the time of a step, the measurement between two of them.
   for (std::size_t i = 0; i < kGrid; ++i) {
     const std::size_t at = (newest_ + kHistory - kStepsPerDeadTime * i) % kHistory;
@@ -108,9 +108,9 @@ void DriveTrainFit::observe(const Wheel& wheel, double filtered, double part) {
     const double error = filtered - then(0);
     const Eigen::Vector2d sensitivity = then.tail<2>().transpose();
     DriveTrainSums& sums = present[i];
-    sums.curvature.noalias() += sensitivity * sensitivity.transpose();
-    sums.slope += error * sensitivity;
-    sums.squares += error * error;
+    sums.curvature.noalias() += weight * sensitivity * sensitivity.transpose();
+    sums.slope += weight * error * sensitivity;
+    sums.squares += weight * error * error;
   }
 }
 

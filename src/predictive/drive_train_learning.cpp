@@ -26,8 +26,9 @@ constexpr double kLongest = 2.0;                              // s, of a motion 
 constexpr double kForgotten = 3.0 * DriveTrainFit::kWashout;  // s; the filter has forgotten what was before
 constexpr double kApart = 0.015;                              // s; least between measurements that count
 constexpr double kTurn = 0.3;                                 // share of a turn, from which a motion is one
-constexpr double kMemory = 0.7;                               // weight of a motion / weight of the next
+constexpr double kMemory = 0.9;                               // weight of a motion / weight of the next
 constexpr double kSamplesPerValue = 8.0;                      // n_0
+constexpr double kJitter = 0.002;                             // s; deviation of the time of a measurement
 constexpr double kModelError = 0.02;                          // of any model, relative to the motion
 constexpr double kUnexplained = 0.1;                          // the same, above which a motion has another cause
 constexpr double kNoise = 2.0;                                // deviations of the encoders, which nothing explains
@@ -102,7 +103,7 @@ void DriveTrainLearning::resetMotion() {
     fit.present.fill({});
   }
   before_ = resting_;
-  samples_ = motion_ = turn_ = straight_ = 0.0;
+  samples_ = motion_ = lasted_ = turn_ = straight_ = 0.0;
   variance_ = wheel_variance_;
 }
 
@@ -134,7 +135,11 @@ bool DriveTrainLearning::turns() const { return turn_ > kTurn * (turn_ + straigh
 std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& measured, double step) {
   if (step <= 0.0) return std::nullopt;
   const double decay = std::exp(-step / DriveTrainFit::kWashout);
-  filtered_ = decay * filtered_ + std::sqrt(decay) * (measured - std::exchange(measured_, measured));
+  const WheelVector change = measured - std::exchange(measured_, measured);
+  filtered_ = decay * filtered_ + std::sqrt(decay) * change;
+  // A late or early measurement errs by the change of the speed meanwhile.
+  const WheelVector jitter = kJitter / step * change;
+  weight_ = (1.0 + jitter.array().square() / wheel_variance_).inverse();
   unknown_ -= step;
   const bool stands = resting_.isZero(0.0) && settled_ > 0.0 && measured.cwiseAbs().maxCoeff() < thresholds::kRest;
   if (stands) unknown_ = std::min(unknown_, 0.0);
@@ -146,21 +151,22 @@ std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& m
     return changed ? std::optional(timing_) : std::nullopt;
   }
   if (!moving_) return std::nullopt;
+  lasted_ += step;
   since_counted_ += step;
   if (since_counted_ < kApart) return std::nullopt;
   since_counted_ = 0.0;
   count();
-  bool changed = takeOver();
+  bool changed = takeOver(false);
   changed = raiseLimit() || changed;
-  changed = (samples_ * step > 2.0 * kLongest && endMotion()) || changed;
+  changed = (lasted_ > kLongest && endMotion()) || changed;
   return changed ? std::optional(timing_) : std::nullopt;
 }
 
 /// Counts the last measurement.
 void DriveTrainLearning::count() {
-  for (DriveTrainFit& fit : fits_) fit.observe(filtered_, static_cast<double>(ticks_) / kTicks);
-  samples_ += 2.0;
-  motion_ += filtered_.squaredNorm();
+  for (DriveTrainFit& fit : fits_) fit.observe(filtered_, weight_, static_cast<double>(ticks_) / kTicks);
+  samples_ += weight_.sum();
+  motion_ += weight_.dot(filtered_.cwiseAbs2());
   compare();
 }
 
@@ -168,7 +174,8 @@ void DriveTrainLearning::count() {
 bool DriveTrainLearning::endMotion() {
   bool changed = false;
   if (explained()) {
-    changed = lowerLimit();
+    changed = takeOver(true);
+    changed = lowerLimit() || changed;
     const bool turn = turns();
     const double share = weight();
     for (std::size_t i = 0; turn && i < turns_memory_.size(); ++i) {
@@ -190,7 +197,7 @@ bool DriveTrainLearning::endMotion() {
     }
   }
   for (DriveTrainFit& fit : fits_) fit.present.fill({});
-  samples_ = motion_ = 0.0;
+  samples_ = motion_ = lasted_ = 0.0;
   variance_ = wheel_variance_;
   return changed;
 }
@@ -263,34 +270,45 @@ void DriveTrainLearning::compare() {
   variance_ = std::max({wheel_variance_, least / samples_, square(kModelError) * motion_ / samples_});
 }
 
-/// True if the timing changed.
-bool DriveTrainLearning::takeOver() {
+/// Takes over what is significant. During a motion the lag stays: until a ramp ends, a longer dead time looks the same,
+/// and a lag too long would let the robot overshoot. True if the timing changed.
+bool DriveTrainLearning::takeOver(bool ended) {
   if (!explained()) return false;
+  const auto at = [&](int lag, int late) {
+    return minima_[static_cast<std::size_t>(lag)][static_cast<std::size_t>(late)].free_energy;
+  };
+  // The present lag lies between two of the grid.
+  const double index = std::clamp(indexOf(timing_.lag), 0.0, kLags - 1.001);
+  const int known = static_cast<int>(index);
+  const auto atKnown = [&](int late) {
+    return at(known, late) + (index - known) * (at(known + 1, late) - at(known, late));
+  };
   int lag = 1, late = 1;
-  for (int i = 1; i + 1 < kLags; ++i) {
-    for (int j = 1; j + 1 < kGrid; ++j) {
-      const auto at = [&](int a, int b) {
-        return minima_[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)].free_energy;
-      };
+  for (int j = 1; j + 1 < kGrid; ++j) {
+    if (!ended && atKnown(j) < atKnown(late)) late = j;
+    for (int i = 1; ended && i + 1 < kLags; ++i) {
       if (at(i, j) < at(lag, late)) lag = i, late = j;
     }
   }
   // F by the indices of dead time and lag, about the least one.
-  const auto at = [&](int later, int slower) {
-    return minima_[static_cast<std::size_t>(lag + slower)][static_cast<std::size_t>(late + later)].free_energy;
-  };
-  const Eigen::Vector2d gradient(0.5 * (at(1, 0) - at(-1, 0)), 0.5 * (at(0, 1) - at(0, -1)));
-  Eigen::Matrix2d H;
-  H(0, 0) = at(1, 0) + at(-1, 0) - 2.0 * at(0, 0);
-  H(1, 1) = at(0, 1) + at(0, -1) - 2.0 * at(0, 0);
-  H(0, 1) = H(1, 0) = 0.25 * (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1));
-  if (H(0, 0) <= 0.0 || H(1, 1) <= 0.0) return false;
-  const double most = 0.95 * std::sqrt(H(0, 0) * H(1, 1));
-  H(0, 1) = H(1, 0) = std::clamp(H(0, 1), -most, most);
+  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d H = Eigen::Matrix2d::Identity();
+  if (ended) {
+    const auto about = [&](int later, int slower) { return at(lag + slower, late + later) - at(lag, late); };
+    gradient << 0.5 * (about(1, 0) - about(-1, 0)), 0.5 * (about(0, 1) - about(0, -1));
+    H(0, 0) = about(1, 0) + about(-1, 0);
+    H(1, 1) = about(0, 1) + about(0, -1);
+    H(0, 1) = H(1, 0) = 0.25 * (about(1, 1) - about(1, -1) - about(-1, 1) + about(-1, -1));
+  } else {
+    gradient(0) = 0.5 * (atKnown(late + 1) - atKnown(late - 1));
+    H(0, 0) = atKnown(late + 1) + atKnown(late - 1) - 2.0 * atKnown(late);
+    lag = known + (index - known > 0.5 ? 1 : 0);
+  }
+  if (H(0, 0) <= 0.0 || H.determinant() <= 0.0) return false;
   const Eigen::Vector2d vertex = (-H.inverse() * gradient).cwiseMax(-1.0).cwiseMin(1.0);
   DriveTrainTiming found = timing_;
+  if (ended) found.lag = std::min(lagOf(lag + vertex(1)), kLongestTiming.lag);
   found.dead_time = std::clamp(kSpacing * (late + vertex(0)), 0.0, kLongestTiming.dead_time);
-  found.lag = std::min(lagOf(lag + vertex(1)), kLongestTiming.lag);
   const Eigen::Vector2d away((timing_.dead_time - found.dead_time) / kSpacing,
                              indexOf(timing_.lag) - indexOf(found.lag));
   const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
@@ -308,7 +326,7 @@ bool DriveTrainLearning::takeOver() {
 /// Tries a higher acceleration limit once the wheels follow the present one. True if it changed.
 bool DriveTrainLearning::raiseLimit() {
   const double limit = std::min(kTrialRatio * limit_, largest_limit_);
-  const double of_less = *std::min_element(by_share_.begin() + 1, by_share_.end());
+  const double of_less = *std::min_element(by_share_.begin() + 2, by_share_.end());
   if (!explained() || of_less - by_share_[0] < kSureOdds || limit <= limit_) return false;
   return setLimit(limit, 0);
 }

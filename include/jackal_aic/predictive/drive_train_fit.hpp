@@ -63,8 +63,8 @@ class DriveTrainFit {
   /// Advances by kStep. @param given mean effective commands in it [rad/s].
   void step(const WheelVector& given);
 
-  /// Adds filtered measured speeds y [rad/s]. @param part elapsed part of the next step.
-  void observe(const WheelVector& filtered, double part);
+  /// Adds filtered measured speeds y [rad/s]. @param weight of each; @param part elapsed part of the next step.
+  void observe(const WheelVector& filtered, const WheelVector& weight, double part);
 
   double limit() const { return limit_; }  ///< [rad/s^2]
 
@@ -84,7 +84,7 @@ class DriveTrainFit {
 
   Speeds input(double given) const;
   void step(Wheel& wheel, double given);
-  void observe(const Wheel& wheel, double filtered, double part);
+  void observe(const Wheel& wheel, double filtered, double weight, double part);
 
   double model_gain_, integral_;  // of the model
   double gain_ = 1.0;             // gamma_0

@@ -12,10 +12,10 @@
 /// with the gain share gamma and offset o in theta, and the least mean square sigma^2 of the residuals epsilon. n_0
 /// measurements count as one, because the residuals are not white noise. The prior has the configured or restored
 /// values as its mean. A paraboloid through the least F in (delta, ln T) and its neighbours gives both and their
-/// covariance. The model takes them over as soon as they are significant, in the middle of a motion too. A motion ends
-/// when the commands have been constant for long; constant commands change nothing. An earlier motion has 0.7 of the
-/// weight of the next. One that no drive train explains is ignored. A turn counts for the dead time alone, because
-/// there the integral of the motor's velocity loop first has to carry the ground's torque.
+/// covariance. The model takes over what is significant: dead time and gain in the middle of a motion too, the lag at
+/// its end. A motion ends when the commands have been constant for long; constant commands change nothing. An earlier
+/// motion has 0.7 of the weight of the next. One that no drive train explains is ignored. A turn counts for the dead
+/// time alone, because there the integral of the motor's velocity loop first has to carry the ground's torque.
 ///
 /// The acceleration limit of a robot without identification opens: once the evidence is that the wheels follow the
 /// present limit and not a share of it, twice the limit is tried, up to the first that the motors cannot follow. It
@@ -109,7 +109,7 @@ class DriveTrainLearning {
   double weight() const;
   Minimum minimum(const DriveTrainSums& sums) const;
   void compare();
-  bool takeOver();
+  bool takeOver(bool ended);
   bool raiseLimit();
   bool lowerLimit();
   bool setLimit(double limit, int same);
@@ -137,8 +137,10 @@ class DriveTrainLearning {
   WheelVector measured_ = WheelVector::Zero();
   WheelVector filtered_ = WheelVector::Zero();  // measured speeds behind the washout filter [rad/s]
   double since_counted_ = 0.0;                  // time since a measurement counted [s]
-  double samples_ = 0.0;                        // measurements that count, of both wheels
-  double motion_ = 0.0;                         // sum of their filtered squares
+  WheelVector weight_ = WheelVector::Zero();    // of the last measurement
+  double lasted_ = 0.0;                         // time of the motion so far [s]
+  double samples_ = 0.0;                        // sum of the weights of the measurements that count
+  double motion_ = 0.0;                         // weighted sum of their filtered squares
   double variance_ = 0.0;                       // sigma^2
 
   Minima minima_;
