@@ -231,10 +231,15 @@ DriveTrainLearning::Minimum DriveTrainLearning::minimum(const DriveTrainSums& su
 void DriveTrainLearning::compare() {
   const bool turn = turns();
   const double share = weight();
-  double least = HUGE_VAL;  // of the squares
   by_share_.fill(HUGE_VAL);
   std::array<double, kGrid> of_turn;  // F of the present turn
   of_turn.fill(turn ? HUGE_VAL : 0.0);
+  const auto ofPresent = [&](const DriveTrainFit& fit, std::size_t late) {
+    DriveTrainSums sums;
+    sums.add(fit.present[late], share);
+    return minimum(sums).free_energy;
+  };
+  double least = HUGE_VAL, squares = 0.0;  // F with the present motion, and twice that of the motion alone
   for (int lag = 0; lag < kLags; ++lag) {
     const double slower = (lag - indexOf(expected_.lag)) * std::log(kLagRatio) / kLogLagDeviation;
     for (std::size_t i = 0; i < kGrid; ++i) {
@@ -246,20 +251,20 @@ void DriveTrainLearning::compare() {
         const double prior = 0.5 * (square(slower) + square(later) + square(weaker)) + turns_memory_[i];
         DriveTrainSums all = fit.memory[i];
         all.add(fit.present[i], share);
-        Minimum of_all = minimum(all);
-        of_all.free_energy += prior;
-        by_share_[static_cast<std::size_t>(run)] =
-            std::min(by_share_[static_cast<std::size_t>(run)], of_all.free_energy);
-        DriveTrainSums now;
-        now.add(fit.present[i], share);
-        const double of_now = minimum(now).free_energy;
-        least = std::min(least, 2.0 * of_now / share);
-        if (turn) {
-          of_turn[i] = std::min(of_turn[i], of_now);
-          of_all = minimum(fit.memory[i]);
-          of_all.free_energy += prior;
+        Minimum found = minimum(all);
+        found.free_energy += prior;
+        double& of_share = by_share_[static_cast<std::size_t>(run)];
+        of_share = std::min(of_share, found.free_energy);
+        if (found.free_energy < least) {
+          least = found.free_energy;
+          squares = 2.0 * ofPresent(fit, i);
         }
-        if (of_all.free_energy < best.free_energy) best = of_all;
+        if (turn) {
+          of_turn[i] = std::min(of_turn[i], ofPresent(fit, i));
+          found = minimum(fit.memory[i]);
+          found.free_energy += prior;
+        }
+        if (found.free_energy < best.free_energy) best = found;
       }
       minima_[static_cast<std::size_t>(lag)][i] = best;
     }
@@ -267,7 +272,7 @@ void DriveTrainLearning::compare() {
   for (auto& of_lag : minima_) {
     for (std::size_t i = 0; i < kGrid; ++i) of_lag[i].free_energy += of_turn[i];
   }
-  variance_ = std::max({wheel_variance_, least / samples_, square(kModelError) * motion_ / samples_});
+  variance_ = std::max({wheel_variance_, squares / share / samples_, square(kModelError) * motion_ / samples_});
 }
 
 /// Takes over what is significant. During a motion the lag stays: until a ramp ends, a longer dead time looks the same,
