@@ -120,6 +120,22 @@ def range_table(results, thesis):
     return rows
 
 
+def parameter_table(results, thesis):
+    """A table of the thesis' controller parameters and our presets."""
+    rows = []
+    for entry, preset in itertools.product(thesis['rows'], ('standard', 'improved')):
+        if preset in entry:
+            value = results.config(preset)['controller'][entry['parameter']]
+            rows.append({'parameter': entry['parameter'], 'controller': preset, 'ours': str(value), 'thesis': str(entry[preset]),
+                         'agreement': 'same' if value == entry[preset] else 'differs', 'note': note_of(entry)})
+    return rows
+
+
+def tested_table(thesis):
+    return [{'parameter': figures.NAMES[entry['parameter']], 'values': ', '.join(f'{v:g}' for v in entry['values']), 'note': note_of(entry)}
+            for entry in thesis['rows']]
+
+
 def claim_table(verdicts, name):
     return [{'where': place, 'the thesis says': text, 'ours': 'agrees' if verdict.agrees else 'differs', 'our numbers': verdict.ours}
             for experiment, place, text, verdict in verdicts if experiment == name]
@@ -186,6 +202,13 @@ def experiment_section(results, images, verdicts, name):
             'figures': figure_section(results, images, name)}
 
 
+def data_sections(results):
+    """The tables of the thesis that hold settings, no results."""
+    makers = {'tested_values': tested_table, 'controller_parameters': lambda thesis: parameter_table(results, thesis)}
+    return [{'name': name, 'title': thesis['title'], 'table': makers[thesis['kind']](thesis)}
+            for name, thesis in results.tables.items() if thesis.get('kind') in makers]
+
+
 def reproduced(results):
     """Names of the experiments that reproduce the thesis or its figures."""
     return [name for name, experiment in results.experiments.items() if experiment['kind'] != 'comparison']
@@ -226,7 +249,7 @@ def page(results, images):
     sections = {name: experiment_section(results, images, verdicts, name) for name in results.experiments}
     return rendered(tables=list(results.tables), figures=figures_shown(results), plants=plant_table(results), bars=bar_table(results),
                     answers=answers.answered(results), verdicts=verdicts,
-                    agreed=sum(verdict.agrees for *_, verdict in verdicts),
+                    agreed=sum(verdict.agrees for *_, verdict in verdicts), data=data_sections(results),
                     experiments=[sections[name] for name in reproduced(results)],
                     beyond=[section for name, section in sections.items() if name not in reproduced(results)],
                     beyond_bars=bars.bar_table(results))
