@@ -105,7 +105,6 @@ bool decays(const Excursion& excursionInOneSecond, double reference, const Verdi
   return last < middle;
 }
 
-/// @param excursion of the loop at one time.
 template <class Loop, class Excursion>
 double largestInOneSecond(Loop& loop, const Excursion& excursion) {
   double largest = 0.0;
@@ -134,8 +133,6 @@ void expectAgreement(int cases, const Case& draw, const Rests& rests) {
   EXPECT_GT(unstable, compared / 5) << "too few unstable loops to tell";
   EXPECT_LT(unstable, 4 * compared / 5) << "too few stable loops to tell";
 }
-
-// ---- the thesis' controller
 
 struct Thesis {
   ControllerParameters controller;
@@ -263,8 +260,6 @@ TEST(CertificateVerification, NoPhaseIsWorseThanTheWorst) {
   }
 }
 
-// ---- the predictive controller
-
 struct Predictive {
   PredictiveParameters parameters;
   PlantModel model, robot;
@@ -328,15 +323,7 @@ TEST(PredictiveCertificate, DelayMarginEndsAtTheFirstUnstableDelay) {
   parameters.action_learning_rate = 0.839;
   parameters.disturbance_process_noise = 0.05527;
   parameters.speed_process_noise = 0.02543;
-  PlantModel model;
-  model.dead_time = 0.057;
-  model.lag = 0.01869;
-  model.velocity_loop_integral = 3.152;
-  model.gain = 1.0624;
-  PlantModel robot = model;
-  robot.dead_time = 0.086389;
-  robot.lag = 0.01818;
-  robot.gain = 1.2165;
+  const PlantModel model{0.057, 0.01869, 1.0624, 0.0, 3.152}, robot{0.086389, 0.01818, 1.2165, 0.0, 3.152};
   const LinearLoop loop(parameters, model, robot);
   ASSERT_FALSE(loop.stable({1.0, 0.035}));
   ASSERT_TRUE(loop.stable({1.0, 0.045}));

@@ -10,14 +10,8 @@ namespace {
 
 constexpr double kRadius = 0.098;
 
-PlantModel model(double lag, double integral) {
-  PlantModel m;
-  m.dead_time = 0.05;
-  m.lag = lag;
-  m.gain = 0.9;
-  m.velocity_loop_integral = integral;
-  m.acceleration_limit = 1000.0;
-  return m;
+PlantModel model(double lag, double integral, double acceleration_limit = 1000.0) {
+  return {0.05, lag, 0.9, 0.0, integral, acceleration_limit};
 }
 
 TEST(DriveTrainResponse, OfALagIsTheExponential) {
@@ -32,12 +26,7 @@ TEST(DriveTrainResponse, OfALagIsTheExponential) {
   }
 }
 
-PlantModel withOffset(double gain, double offset) {
-  PlantModel m = model(0.04, 8.0);
-  m.gain = gain;
-  m.offset = offset;
-  return m;
-}
+PlantModel withOffset(double gain, double offset) { return {0.05, 0.04, gain, offset}; }
 
 TEST(DeadZone, ReducesACommandAndItsInverseRestoresIt) {
   for (const double gain : {0.5, 1.0, 1.3}) {
@@ -82,9 +71,7 @@ TEST(DriveTrain, StepsFollowTheExactResponse) {
 }
 
 TEST(DriveTrain, AtItsLimitOnlyTheSpeedMoves) {
-  PlantModel slow = model(0.04, 8.0);
-  slow.acceleration_limit = 0.98;  // 10 rad/s^2
-  const DriveTrain train(slow, kRadius);
+  const DriveTrain train(model(0.04, 8.0, 0.98), kRadius);  // 10 rad/s^2
   for (const double share : {1.0, 0.5}) {
     Eigen::Vector3d x(0.0, 0.1, 0.0);
     const DriveTrain::Step step = train.step(x, -20.0, share);

@@ -38,11 +38,9 @@ TEST(ConfidenceBox, HasACornerForEveryEndOfTheIntervals) {
 
 TEST(ConfidenceBox, StaysWithinWhatAModelMayBe) {
   PlantModel model;
-  model.dead_time_half_width = 0.5;
-  model.lag_half_width = 0.5;
+  model.dead_time_half_width = model.lag_half_width = model.offset_half_width = 0.5;
   model.gain_half_width = 2.0;
   model.offset = 0.3;
-  model.offset_half_width = 0.5;
   for (const PlantModel& corner : confidenceBox(model)) {
     EXPECT_GE(corner.dead_time, 0.0);
     EXPECT_GE(corner.lag, 0.0);

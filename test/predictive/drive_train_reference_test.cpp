@@ -10,18 +10,13 @@
 namespace jackal_aic {
 namespace {
 
-PlantModel driveTrain() {
-  PlantModel model;
-  model.dead_time = 0.08;
-  model.lag = 0.04;
-  model.acceleration_limit = 20.0;
-  return model;
+/// Without a dead time. @param integral of the velocity loop [1/s].
+PlantModel driveTrain(double lag, double integral, double acceleration_limit) {
+  return {0.0, lag, 1.0, 0.0, integral, acceleration_limit};
 }
 
 TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
-  PlantModel model = driveTrain();
-  model.dead_time = 0.0;
-  model.velocity_loop_integral = 6.0;
+  const PlantModel model = driveTrain(0.04, 6.0, 20.0);
   DriveTrainReference reference(model, 0.098, 0.05, 0.02);
   WheelBelief wheel(model, 0.098, {});
   double path = 0.0;
@@ -34,10 +29,7 @@ TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
 }
 
 TEST(DriveTrainReference, InputOfLimitedChangeEndsInTime) {
-  PlantModel model = driveTrain();
-  model.lag = 0.0455;
-  model.velocity_loop_integral = 8.0;
-  model.acceleration_limit = 100.0;
+  const PlantModel model = driveTrain(0.0455, 8.0, 100.0);
   for (const double largest_change : {1.4, 3.0}) {
     for (const bool in_time : {false, true}) {
       DriveTrainReference path(model, 0.098, 0.01, 0.02);
@@ -60,9 +52,7 @@ TEST(DriveTrainReference, InputOfLimitedChangeEndsInTime) {
 }
 
 TEST(DriveTrainReference, NearlyEqualWheelsStayTogetherAtTheLimit) {
-  PlantModel model = driveTrain();
-  model.velocity_loop_integral = 8.0;
-  DriveTrainReference left(model, 0.098, 0.01, 0.02), right(model, 0.098, 0.01, 0.02);
+  DriveTrainReference left(driveTrain(0.04, 8.0, 20.0), 0.098, 0.01, 0.02), right(left);
   right.reset(1e-3);
   for (int k = 0; k < 5; ++k) {
     // A gate lets through all but a hair of what one wheel asks for at the limit.

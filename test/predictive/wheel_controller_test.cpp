@@ -10,16 +10,9 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kRadius = 0.098;
+constexpr double kRadius = 0.098, kGain = 0.9;
 
-PlantModel driveTrain() {
-  PlantModel model;
-  model.dead_time = 0.08;
-  model.lag = 0.04;
-  model.gain = 0.9;
-  model.acceleration_limit = 20.0;
-  return model;
-}
+PlantModel driveTrain(double offset = 0.0) { return {0.08, 0.04, kGain, offset, 0.0, 20.0}; }
 
 /// A wheel that its model describes but for a disturbance of the input [rad/s], under its controller.
 struct Loop {
@@ -62,15 +55,13 @@ TEST(WheelController, CompensatesNoMoreThanTheRange) {
     wheel.correct(0.0);
     const double input = wheel.input(5.0), before = wheel.action();
     wheel.act(input);
-    EXPECT_LE(wheel.action(), std::max(before, (kGainRange * input + kSpeedRange) / driveTrain().gain) + 1e-6);
+    EXPECT_LE(wheel.action(), std::max(before, (kGainRange * input + kSpeedRange) / kGain) + 1e-6);
   }
   EXPECT_LT(wheel.belief().disturbance(), -7.0);
 }
 
 TEST(WheelController, CompensatesTheOffsetOfItsModel) {
-  PlantModel model = driveTrain();
-  model.offset = 0.5;
-  Loop with(0.0, model), without(0.0);
+  Loop with(0.0, driveTrain(0.5)), without(0.0);
   for (const double wanted : {0.2, 5.0, -3.0}) {
     for (int k = 0; k < 100; ++k) {
       for (Loop* loop : {&with, &without}) loop->drive(wanted, 1);

@@ -10,16 +10,6 @@ namespace {
 
 constexpr double kStep = 0.001;
 
-TEST(YawRateBelief, IsUnbiasedInASteadyTurn) {
-  YawRateBelief yaw({});
-  for (int k = 0; k < 200; ++k) yaw.predict(5.0, kStep);  // the wheels ask for 1 rad/s, the robot does 0.8
-  for (int k = 1; k <= 2000; ++k) {
-    yaw.predict(0.0, kStep);
-    if (k % 20 == 0) yaw.correct(0.8);
-  }
-  EXPECT_NEAR(yaw.yawRate(), 0.8, 1e-3);
-}
-
 TEST(YawRateBelief, FollowsTheWheelsBetweenSamplesOfTheGyro) {
   YawRateBelief yaw({}), steady({});
   for (int k = 0; k < 100; ++k) yaw.predict(4.0, kStep);
