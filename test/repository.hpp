@@ -27,6 +27,9 @@ inline std::string textOf(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
+/// URDF of the simulated Jackal.
+inline std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
+
 /// First groups of all matches of a regular expression in a text.
 inline std::set<std::string> found(const std::string& text, const std::string& pattern) {
   std::set<std::string> groups;

@@ -51,8 +51,8 @@ double stepGain(const ControllerParameters& controller) {
 }
 
 TEST(Certificate, GainMarginOfAnIntegratorWithDeadTime) {
-  // z^(m+1) - z^m + c = 0 has its roots inside the unit circle for 0 < c < 2 sin(pi / (2 (2m + 1))). An older measurement
-  // adds a period to the dead time of n periods: m = n + 1.
+  // z^(m+1) - z^m + c = 0 has its roots inside the unit circle for 0 < c < 2 sin(pi / (2 (2m + 1))), where m = n + 1:
+  // an older measurement adds a period to the dead time.
   for (int n = 0; n <= 8; ++n) {
     const double limit = 2.0 * std::sin(kPi / (2.0 * (2 * n + 3)));
     const Certificate certificate = certify(integrator(), {}, pureDelay(0.02 * n));

@@ -58,8 +58,7 @@ class Loop {
  public:
   Loop(const std::string& preset, std::uint64_t seed)
       : random_(seed),
-        parameters_(readNodeParameters(shipped({"jackal", preset, "plant_model"}),
-                                       [] { return textOf("sim/urdf/jackal.urdf"); })),
+        parameters_(readNodeParameters(shipped({"jackal", preset, "plant_model"}), jackalUrdf)),
         kinematics_(parameters_.geometry),
         loop_(parameters_, makeController(parameters_)),
         sensors_(parameters_.robot, frames_, [this](const Observation& observation, const ros::Time&) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <vector>
 
 namespace jackal_aic {
 namespace {
@@ -98,13 +97,12 @@ TEST(WheelBelief, LearnsTheLimitOfASlowMotorAlone) {
     const PlantModel drive = model(0.08, 0.006, 1.65);
     WheelBelief wheel(drive, kRadius, parameters);
     const double limit = drive.acceleration_limit / kRadius * WheelBelief::kStep;
-    std::vector<double> commands;
+    CommandsUnderWay commands(drive.dead_time);
+    commands.fill(0.0);
     double command = 0.0, speed = 0.0;
     for (int k = 0; k < 2000; ++k) {
       command = std::min(10.0, command + limit);
-      commands.push_back(command);
-      const double acting = k >= 80 ? commands[static_cast<std::size_t>(k) - 80] : 0.0;
-      speed += std::clamp(acting - speed, -limit_factor * limit, limit_factor * limit);
+      speed += std::clamp(commands.step(command) - speed, -limit_factor * limit, limit_factor * limit);
       wheel.predict(command);
       if (k % 20 == 19) wheel.correct(speed);
     }
