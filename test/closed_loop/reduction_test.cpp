@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
+#include <tuple>
 
 #include "jackal_aic/aic/active_inference_controller.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"

@@ -56,7 +56,7 @@ TEST_F(TextFile, PipeIsReadToItsEnd) {
   ASSERT_EQ(pipe(ends.data()), 0);
   const std::string text(150000, 'y');  // more than a pipe holds
   std::thread writer([&] {
-    ASSERT_EQ(write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    ASSERT_EQ(::write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
     close(ends[1]);
   });
   EXPECT_EQ(readText("/dev/fd/" + std::to_string(ends[0])), text);

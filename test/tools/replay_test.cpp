@@ -7,7 +7,6 @@
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <algorithm>
 #include <boost/program_options/errors.hpp>
 #include <filesystem>
 #include <fstream>
