@@ -45,8 +45,8 @@ class PlantNode(Plant):
         cls.drive_topic = advertise('/cmd_drive', Drive)
 
     def setUp(self):
-        self.wait(lambda: self.drive_topic.get_num_connections() > 0 and self.truth and self.joints and self.imu and self.feedback and
-                  self.transforms)
+        self.wait(lambda: self.drive_topic.get_num_connections() > 0 and self.truth and self.joints and self.imu and
+                  self.feedback and self.transforms)
         self.reset()
 
     def now(self):

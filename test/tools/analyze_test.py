@@ -94,7 +94,7 @@ class Analyze(unittest.TestCase):
         self.assertEqual([jitter[key] for key in ('sequences', 'any_phase', 'jitter_margin_s', 'lost_samples')], [10000, False, 0.0, 0])
         printed = self.figures(model, '--plant', slow, status=1)
         self.assertNotIn('jitter', printed)
-        self.assertEqual((printed['stable'], printed['robot']['dead_time']), (False, 0.4), 'five times as long as believed')
+        self.assertEqual((printed['stable'], printed['robot']['dead_time']), (False, 0.4), 'not as believed')
         self.assertIn('jitter', self.refusal(IMPROVED, '--jitter'))
 
     def test_bad_input_gives_one_clear_line(self):
