@@ -6,8 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <regex>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -27,13 +25,8 @@ inline std::string textOf(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// First groups of all matches of a regular expression in a text.
-inline std::set<std::string> found(const std::string& text, const std::string& pattern) {
-  std::set<std::string> groups;
-  const std::regex expression(pattern);
-  for (std::sregex_iterator i(text.begin(), text.end(), expression), end; i != end; ++i) groups.insert((*i)[1]);
-  return groups;
-}
+/// URDF of the simulated Jackal.
+inline std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
 
 /// Parameters of files of config/, by their names without the ending.
 inline ParameterMap shipped(const std::vector<std::string>& files) {

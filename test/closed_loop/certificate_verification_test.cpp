@@ -52,6 +52,20 @@ class Draw {
   std::mt19937_64 random_, phase_random_;
 };
 
+/// When a loop that was moved and is to rest is clearly stable or unstable: excursions in parts of the first, and the
+/// pairs of seconds that are watched.
+struct Verdict {
+  double decay, growth;
+  int pairs;
+};
+
+/// Largest number that a controller believes.
+double believed(const ActiveInferenceController& controller) {
+  const GeneralizedBody& belief = controller.belief();
+  return belief.allFinite() ? belief.col(0).cwiseAbs().maxCoeff() : HUGE_VAL;
+}
+double believed(const PredictiveController& controller) { return std::abs(controller.left().disturbance()); }
+
 /// Plant, sensor, belief and action, in this order, in steps of 1 ms. Not a DriveLoop: what is tested is the map of the
 /// controller itself, whose growth the gate, the limits and the fault monitor would bound.
 template <class Controller>
@@ -75,6 +89,30 @@ class SteppedLoop {
     if (now_ % action_ == 0) plant.command(controller.updateAction());
   }
 
+  /// Of wheel speeds and belief.
+  double largestInOneSecond() {
+    double largest = 0.0;
+    for (int i = 0; i < std::lround(1.0 / kStep); ++i) {
+      step();
+      const Observation y = plant.observation();
+      largest = std::max({largest, std::abs(y.wheel_left), std::abs(y.wheel_right), believed(controller)});
+      if (!std::isfinite(y.wheel_left) || !std::isfinite(largest)) return HUGE_VAL;
+    }
+    return largest;
+  }
+
+  /// Whether the largest excursions in a second decay. Slow beats need two seconds.
+  bool decays(double reference, const Verdict& clear) {
+    double middle = 0.0, last = 0.0;
+    for (int pair = 0; pair < clear.pairs; ++pair) {
+      last = std::max(largestInOneSecond(), largestInOneSecond());
+      if (!(last < clear.growth * reference)) return false;
+      if (last < clear.decay * reference) return true;
+      if (pair == clear.pairs / 2) middle = last;
+    }
+    return last < middle;
+  }
+
   LinearPlant plant;
   Controller controller;
 
@@ -84,39 +122,6 @@ class SteppedLoop {
   long sensor_, belief_, action_, phase_;
   long now_ = 0;
 };
-
-/// When a loop that was moved and is to rest is clearly stable or unstable: excursions in parts of the first, and the
-/// pairs of seconds that are watched.
-struct Verdict {
-  double decay, growth;
-  int pairs;
-};
-
-/// Whether the largest excursions in a second, which a function returns, decay. Slow beats need two seconds.
-template <class Excursion>
-bool decays(const Excursion& excursionInOneSecond, double reference, const Verdict& clear) {
-  double middle = 0.0, last = 0.0;
-  for (int pair = 0; pair < clear.pairs; ++pair) {
-    last = std::max(excursionInOneSecond(), excursionInOneSecond());
-    if (!(last < clear.growth * reference)) return false;
-    if (last < clear.decay * reference) return true;
-    if (pair == clear.pairs / 2) middle = last;
-  }
-  return last < middle;
-}
-
-/// @param excursion of the loop at one time.
-template <class Loop, class Excursion>
-double largestInOneSecond(Loop& loop, const Excursion& excursion) {
-  double largest = 0.0;
-  for (int i = 0; i < std::lround(1.0 / kStep); ++i) {
-    loop.step();
-    const Observation y = loop.plant.observation();
-    largest = std::max({largest, std::abs(y.wheel_left), std::abs(y.wheel_right), excursion()});
-    if (!std::isfinite(y.wheel_left) || !std::isfinite(largest)) return HUGE_VAL;
-  }
-  return largest;
-}
 
 /// The verdicts of the certificate and the time domain on loops away from the limit; enough of them stable and
 /// unstable.
@@ -134,8 +139,6 @@ void expectAgreement(int cases, const Case& draw, const Rests& rests) {
   EXPECT_GT(unstable, compared / 5) << "too few unstable loops to tell";
   EXPECT_LT(unstable, 4 * compared / 5) << "too few stable loops to tell";
 }
-
-// ---- the thesis' controller
 
 struct Thesis {
   ControllerParameters controller;
@@ -182,18 +185,12 @@ bool comesToRest(const Thesis& c, const Verdict& clear) {
   SteppedLoop loop(LinearPlant(c.plant, c.geometry),
                    ActiveInferenceController(c.controller, c.geometry, {}, Divergence::allowed), c.plant.sensor_rate,
                    c.controller, c.phase);
-  const auto excursion = [&] {
-    return largestInOneSecond(loop, [&] {
-      const GeneralizedBody& belief = loop.controller.belief();
-      return belief.allFinite() ? belief.col(0).cwiseAbs().maxCoeff() : HUGE_VAL;
-    });
-  };
   loop.controller.observe(Observation{});
   loop.controller.setSetPoint({0.5, 0.2, 0.4});
-  const double reference = excursion();
+  const double reference = loop.largestInOneSecond();
   loop.controller.setSetPoint({});
-  excursion();
-  return decays(excursion, reference, clear);
+  loop.largestInOneSecond();
+  return loop.decays(reference, clear);
 }
 
 TEST(CertificateVerification, AgreesWithEveryRun) {
@@ -263,8 +260,6 @@ TEST(CertificateVerification, NoPhaseIsWorseThanTheWorst) {
   }
 }
 
-// ---- the predictive controller
-
 struct Predictive {
   PredictiveParameters parameters;
   PlantModel model, robot;
@@ -304,16 +299,13 @@ bool comesToRest(const Predictive& c) {
   constexpr double kNearlyRest = 1e-30;  // a set point of zero would end the closed loop at standstill
   SteppedLoop loop(LinearPlant(c.robot, {}), PredictiveController(c.parameters, {}, c.model), c.robot.sensor_rate,
                    c.parameters, c.phase);
-  const auto excursion = [&] {
-    return largestInOneSecond(loop, [&] { return std::abs(loop.controller.left().disturbance()); });
-  };
   loop.controller.observe(Observation{});
-  for (int i = 0; i < 10; ++i) excursion();  // at rest the gain of the belief converges
+  for (int i = 0; i < 10; ++i) loop.largestInOneSecond();  // at rest the gain of the belief converges
   loop.controller.setSetPoint({kTiny, 0.0, kTiny});
-  const double reference = excursion();
+  const double reference = loop.largestInOneSecond();
   loop.controller.setSetPoint({kNearlyRest, 0.0, kNearlyRest});
-  excursion();
-  return decays(excursion, reference, {1e-4, 1e4, 59});
+  loop.largestInOneSecond();
+  return loop.decays(reference, {1e-4, 1e4, 59});
 }
 
 TEST(PredictiveCertificate, AgreesWithEveryRunOnALinearRobot) {
@@ -328,15 +320,7 @@ TEST(PredictiveCertificate, DelayMarginEndsAtTheFirstUnstableDelay) {
   parameters.action_learning_rate = 0.839;
   parameters.disturbance_process_noise = 0.05527;
   parameters.speed_process_noise = 0.02543;
-  PlantModel model;
-  model.dead_time = 0.057;
-  model.lag = 0.01869;
-  model.velocity_loop_integral = 3.152;
-  model.gain = 1.0624;
-  PlantModel robot = model;
-  robot.dead_time = 0.086389;
-  robot.lag = 0.01818;
-  robot.gain = 1.2165;
+  const PlantModel model{0.057, 0.01869, 1.0624, 0.0, 3.152}, robot{0.086389, 0.01818, 1.2165, 0.0, 3.152};
   const LinearLoop loop(parameters, model, robot);
   ASSERT_FALSE(loop.stable({1.0, 0.035}));
   ASSERT_TRUE(loop.stable({1.0, 0.045}));

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
+#include <tuple>
 
 #include "jackal_aic/aic/active_inference_controller.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
@@ -19,31 +19,6 @@ namespace {
 
 enum class Motion { forward, turn };
 
-ControllerParameters thesis(double rate, Integrator integrator) {
-  ControllerParameters p;
-  p.orders = 0;
-  p.belief_rate = p.action_rate = rate;
-  p.integrator = integrator;
-  return p;
-}
-
-/// One step of the thesis' belief of one degree of freedom (3-11, p = 0): mu <- phi mu + (1 - phi - c) mu_d + c mu_y,
-/// mu_y the motion that was measured.
-struct BeliefStep {
-  double phi;
-  double c;
-};
-
-BeliefStep beliefStep(const ControllerParameters& p, const GeometryParameters& g, Motion motion) {
-  const double h = p.beliefStep();
-  const double pull = p.kappa_mu / (p.state_variances[0] * p.tau * p.tau);
-  const double r = g.wheel_radius, b = g.effective_track;
-  const double information = motion == Motion::forward ? 2.0 / (r * r) : 1.0 + 0.5 * b * b / (r * r);  // of R' R
-  const double sense = p.kappa_mu / p.sensory_variances[0] * information;
-  const double phi = p.integrator == Integrator::exact ? std::exp(-h * (pull + sense)) : 1.0 - h * (pull + sense);
-  return {phi, sense / (pull + sense) * (1.0 - phi)};
-}
-
 /// The predictive controller's parts as the thesis controller in one degree of freedom.
 struct Reduction {
   PlantModel model;              // without dead time
@@ -52,8 +27,13 @@ struct Reduction {
 };
 
 Reduction reduce(const ControllerParameters& p, const GeometryParameters& g, Motion motion) {
-  const auto [phi, c] = beliefStep(p, g, motion);
-  const double h = p.beliefStep(), variance = p.sensory_variances[0];
+  const double h = p.beliefStep(), variance = p.sensory_variances[0], r = g.wheel_radius, b = g.effective_track;
+  // A step of the thesis' belief (3-11, p = 0): mu <- phi mu + (1 - phi - c) mu_d + c mu_y, mu_y the measured motion.
+  const double pull = p.kappa_mu / (p.state_variances[0] * p.tau * p.tau);
+  const double information = motion == Motion::forward ? 2.0 / (r * r) : 1.0 + 0.5 * b * b / (r * r);  // of R' R
+  const double sense = p.kappa_mu / variance * information;
+  const double phi = p.integrator == Integrator::exact ? std::exp(-h * (pull + sense)) : 1.0 - h * (pull + sense);
+  const double c = sense / (pull + sense) * (1.0 - phi);
   const double kept = phi / (1.0 - c);  // of the way to the goal that the belief does not go by itself in a step
   Reduction reduction;
   reduction.model.dead_time = 0.0;
@@ -66,7 +46,7 @@ Reduction reduce(const ControllerParameters& p, const GeometryParameters& g, Mot
   double growth = 0.0;
   for (double t = 0.0; t < h - 1e-9; t += WheelBelief::kStep) growth += std::exp(-2.0 * t / reduction.model.lag);
   q.speed_process_noise = c * variance * (1.0 / (1.0 - c) - kept * kept) / (growth * WheelBelief::kStep);
-  const double ratio = g.wheel_radius / g.effective_track;  // of K Pi_y eps_y
+  const double ratio = r / b;  // of K Pi_y eps_y
   reduction.action_learning_rate = p.kappa_a * (motion == Motion::forward ? 1.0 : 1.0 + 2.0 * ratio * ratio);
   return reduction;
 }
@@ -99,25 +79,20 @@ class GoalDrivenWheel {
   double action_ = 0.0;
 };
 
-/// Lag and dead time of the robot that both controllers drive.
-PlantModel robot() {
-  PlantModel model;
-  model.dead_time = 0.06;
-  model.lag = 0.05;
-  model.gain = 0.9;
-  return model;
-}
-
 class ReducesToTheThesis : public testing::TestWithParam<std::tuple<double, Integrator, Motion>> {};
 
 TEST_P(ReducesToTheThesis, BeliefAndActionAreTheSame) {
   const auto [rate, integrator, motion] = GetParam();
   const GeometryParameters geometry;
-  const ControllerParameters p = thesis(rate, integrator);
+  ControllerParameters p;
+  p.orders = 0;
+  p.belief_rate = p.action_rate = rate;
+  p.integrator = integrator;
   const Reduction reduction = reduce(p, geometry, motion);
   ActiveInferenceController ours(p, geometry);
   GoalDrivenWheel left(reduction, geometry, p.beliefStep()), right(left);
-  LinearPlant with_ours(robot(), geometry), with_predictive(robot(), geometry);
+  const PlantModel robot{0.06, 0.05, 0.9};
+  LinearPlant with_ours(robot, geometry), with_predictive(robot, geometry);
   const SkidSteerKinematics kinematics(geometry);
   const int ticks = static_cast<int>(std::lround(1000.0 / rate));
   double largest = 0.0;

@@ -22,7 +22,7 @@ const LoopSetup& setup() {
   return setup;
 }
 
-JackalPlant plantOf(const PlantParameters& robot = setup().plant) { return {setup().urdf, robot}; }
+JackalPlant newPlant() { return {setup().urdf, setup().plant}; }
 
 /// With the deadlines and limits of the node, which the setup of experiments has not.
 DriveParameters parameters() {
@@ -50,7 +50,7 @@ void serve(
 /// Largest true speed from the stall on, of a robot that is to drive at kSpeed. @param process a millisecond of it.
 double fastest(const std::function<void(JackalPlant& plant, long tick)>& process) {
   constexpr double kStallEnd = 2.3, kMotorTimeout = 0.1;  // s
-  JackalPlant plant = plantOf();
+  JackalPlant plant = newPlant();
   double largest = 0.0;
   for (long tick = 0; plant.time() < kEnd; ++tick) {
     const double now = plant.time();
@@ -86,7 +86,7 @@ TEST(Stall, StopOfTheMotorsByThemselvesIsNoDisturbance) {
 /// Time until a bias of the gyro is found in a turn of a new robot, whose clock begins at zero [s].
 double timeToFindABias(DriveLoop& loop) {
   constexpr double kOnset = 2.0;  // s
-  JackalPlant plant = plantOf();
+  JackalPlant plant = newPlant();
   for (; plant.time() < kEnd; plant.step()) {
     const double now = plant.time();
     serve(loop, plant, {0.5, 0.0, 0.8}, [now](Observation& y) { y.yaw_rate += now >= kOnset ? 0.3 : 0.0; });
@@ -107,7 +107,7 @@ TEST(ClockThatRanBack, LeavesNothingThatHidesAFault) {
 TEST(CommandsWithoutSubscriber, WheelsThatStandAreNoFault) {
   for (const bool no_subscriber : {false, true}) {
     DriveLoop loop(parameters(), makeController(parameters()));
-    JackalPlant plant = plantOf();
+    JackalPlant plant = newPlant();
     RobotStatus status;
     status.no_subscriber = no_subscriber;
     for (; plant.time() < kEnd; plant.step()) {

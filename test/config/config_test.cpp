@@ -24,16 +24,11 @@
 namespace jackal_aic {
 namespace {
 
-class TextFile : public testing::Test {
- protected:
-  std::string path(const std::string& name) const { return directory_.path(name); }
+class TextFile : public testing::Test, protected TemporaryDirectory {};
 
-  static void expectRefused(const std::string& path, const std::string& reason) {
-    EXPECT_EQ(complaint([&] { readText(path, 1 << 20); }), path + ": " + reason);
-  }
-
-  TemporaryDirectory directory_;
-};
+void expectRefused(const std::string& path, const std::string& reason) {
+  EXPECT_EQ(complaint([&] { readText(path, 1 << 20); }), path + ": " + reason);
+}
 
 TEST_F(TextFile, IsReadUpToItsBound) {
   const std::string text(100000, 'x');
@@ -45,15 +40,12 @@ TEST_F(TextFile, IsReadUpToItsBound) {
   EXPECT_EQ(readText(path("empty")), "");
 }
 
-TEST_F(TextFile, LargeOneIsRefusedUnread) {
+TEST_F(TextFile, LargeOneOrWhatIsNoFileIsRefusedUnread) {
   std::ofstream(path("large")).flush();
   std::filesystem::resize_file(path("large"), std::uintmax_t{1} << 40);  // without any bytes on the disk
   expectRefused(path("large"), "more than 1 MiB of text");
-}
-
-TEST_F(TextFile, WhatIsNoFileIsRefused) {
   expectRefused(path("none"), "cannot be read");
-  expectRefused(directory_.path(), "is a directory");
+  expectRefused(path(), "is a directory");
   std::filesystem::create_symlink("/dev/zero", path("zero"));
   expectRefused(path("zero"), "is a device or a socket, not a file");
   expectRefused("/dev/null", "is a device or a socket, not a file");
@@ -64,16 +56,13 @@ TEST_F(TextFile, PipeIsReadToItsEnd) {
   ASSERT_EQ(pipe(ends.data()), 0);
   const std::string text(150000, 'y');  // more than a pipe holds
   std::thread writer([&] {
-    ASSERT_EQ(write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    ASSERT_EQ(::write(ends[1], text.data(), text.size()), static_cast<ssize_t>(text.size()));
     close(ends[1]);
   });
   EXPECT_EQ(readText("/dev/fd/" + std::to_string(ends[0])), text);
   writer.join();
   close(ends[0]);
 }
-
-/// Floating-point numbers of YAML 1.1 as rosparam's reader knows them; those of YAML 1.2 include them.
-bool isNumber(const std::string& text) { return std::regex_match(text, std::regex("-?[0-9]+\\.[0-9]+(e[-+][0-9]+)?")); }
 
 TEST(YamlQuoted, StaysTheSameTextForEveryReader) {
   for (const std::string text : {"our Jackal", "1e5", "true", "a: \"b\" # c", "back\\slash", ""}) {
@@ -85,14 +74,16 @@ TEST(YamlQuoted, StaysTheSameTextForEveryReader) {
 }
 
 TEST(YamlNumber, IsReadBackAsItWas) {
+  // Floating-point numbers of YAML 1.1 as rosparam's reader knows them; those of YAML 1.2 include them.
+  const std::regex number("-?[0-9]+\\.[0-9]+(e[-+][0-9]+)?");
   std::mt19937_64 generator(1);
   std::uniform_real_distribution<double> exponent(-300.0, 300.0), mantissa(-1.0, 1.0);
   for (int i = 0; i < 10000; ++i) {
     const double value = mantissa(generator) * std::pow(10.0, exponent(generator));
     const std::string text = yamlNumber(value);
-    ASSERT_TRUE(isNumber(text)) << text;
+    ASSERT_TRUE(std::regex_match(text, number)) << text;
     ASSERT_EQ(std::strtod(text.c_str(), nullptr), value) << text;
-    ASSERT_TRUE(isNumber(yamlNumber(value, 3))) << yamlNumber(value, 3);
+    ASSERT_TRUE(std::regex_match(yamlNumber(value, 3), number)) << yamlNumber(value, 3);
   }
   for (const double bad : {HUGE_VAL, std::nan("")}) EXPECT_THROW(yamlNumber(bad), ParameterError);
 }
@@ -122,8 +113,10 @@ TEST(OnOneLine, EscapesWhatATerminalObeysAndIsCutBetweenCharacters) {
   EXPECT_EQ(shortened("abcdef", 3), "abc...");
 }
 
+constexpr const char* kCylinder = "<cylinder radius='0.1' length='0.04'/>";
+
 /// One wheel that hangs on the base, by a joint at xyz.
-std::string wheel(const std::string& name, const std::string& xyz, const std::string& geometry) {
+std::string wheel(const std::string& name, const std::string& xyz, const std::string& geometry = kCylinder) {
   return "<link name='" + name + "_link'><collision><geometry>" + geometry + "</geometry></collision></link>" +
          "<joint name='" + name + "' type='continuous'><parent link='base'/><child link='" + name + "_link'/>" +
          "<origin xyz='" + xyz + "' rpy='0 0 0'/><axis xyz='0 1 0'/></joint>";
@@ -131,16 +124,14 @@ std::string wheel(const std::string& name, const std::string& xyz, const std::st
 
 std::string robot(const std::string& content) { return "<robot name='r'><link name='base'/>" + content + "</robot>"; }
 
-constexpr const char* kCylinder = "<cylinder radius='0.1' length='0.04'/>";
-
 std::string refusal(const std::string& urdf) {
   return complaint([&] { readUrdfGeometry(urdf, {"left"}, {"right"}); });
 }
 
 TEST(UrdfGeometry, ReadsSphereAndFallsBackToVisual) {
-  std::string sphere = wheel("left", "0 0.2 0", "<sphere radius='0.1'/>");
-  for (std::size_t at; (at = sphere.find("collision")) != std::string::npos;) sphere.replace(at, 9, "visual");
-  const std::string urdf = robot(sphere + wheel("right", "0 -0.2 0", kCylinder));
+  const std::string sphere = wheel("left", "0 0.2 0", "<sphere radius='0.1'/>");
+  const std::string visual = std::regex_replace(sphere, std::regex("collision"), "visual");
+  const std::string urdf = robot(visual + wheel("right", "0 -0.2 0"));
   EXPECT_DOUBLE_EQ(readUrdfGeometry(urdf, {"left"}, {"right"}).wheel_radius, 0.1);
 }
 
@@ -152,9 +143,9 @@ std::string turned(const std::string& angle, const std::string& wheels) {
 }
 
 TEST(UrdfGeometry, MeasuresTheTrackAlongYOfTheBaseFrameElseOfTheRoot) {
-  const std::string along_x = wheel("left", "0.3 0 0", kCylinder) + wheel("right", "-0.3 0 0", kCylinder);
+  const std::string along_x = wheel("left", "0.3 0 0") + wheel("right", "-0.3 0 0");
   EXPECT_NEAR(readUrdfGeometry(turned("1.5707963267948966", along_x), {"left"}, {"right"}).track, 0.6, 1e-12);
-  const std::string along_y = wheel("left", "0 0.3 0", kCylinder) + wheel("right", "0 -0.3 0", kCylinder);
+  const std::string along_y = wheel("left", "0 0.3 0") + wheel("right", "0 -0.3 0");
   for (const char* angle : {"0.7853981633974483", "1.5707963267948966", "3.141592653589793"}) {
     for (const char* base : {"base", "/base"}) {
       EXPECT_NEAR(readUrdfGeometry(turned(angle, along_y), {"left"}, {"right"}, base).track, 0.6, 1e-12) << angle;
@@ -165,13 +156,13 @@ TEST(UrdfGeometry, MeasuresTheTrackAlongYOfTheBaseFrameElseOfTheRoot) {
 
 /// A robot whose right wheel is fine, and whose left one has a text replaced.
 std::string withLeft(const std::string& original, const std::string& replacement) {
-  std::string left = wheel("left", "0 0.2 0", kCylinder);
+  std::string left = wheel("left", "0 0.2 0");
   left.replace(left.find(original), original.size(), replacement);
-  return robot(left + wheel("right", "0 -0.2 0", kCylinder));
+  return robot(left + wheel("right", "0 -0.2 0"));
 }
 
 TEST(UrdfGeometry, RefusesRobotsThatCannotBeWithTheReason) {
-  const std::string left = wheel("left", "0 0.2 0", kCylinder), box = "<box size='1 1 1'/>";
+  const std::string left = wheel("left", "0 0.2 0"), box = "<box size='1 1 1'/>";
   const std::pair<std::string, std::string> rows[] = {
       {"", "URDF: cannot be parsed"},
       {"<robot", "URDF: cannot be parsed"},
@@ -188,15 +179,14 @@ TEST(UrdfGeometry, RefusesRobotsThatCannotBeWithTheReason) {
   for (const auto& [urdf, message] : rows) {
     EXPECT_EQ(refusal(urdf).find(message), 0u) << message << "\n" << refusal(urdf);
   }
-  const std::string swapped = robot(wheel("left", "0 -0.2 0", kCylinder) + wheel("right", "0 0.2 0", kCylinder));
+  const std::string swapped = robot(wheel("left", "0 -0.2 0") + wheel("right", "0 0.2 0"));
   expectSays(refusal(swapped), {"must lie further left"});
 }
 
 TEST(UrdfGeometry, QuotesNamesOfTheFileOnOneLine) {
   const std::string name = "&#10;FATAL forged &#27;[31m" + std::string(500, 'x');
-  std::string left = wheel("left", "0 0.2 0", "<box size='1 1 1'/>");
-  for (std::size_t at; (at = left.find("left_link")) != std::string::npos;) left.replace(at, 9, name);
-  const std::string line = refusal(robot(left));
+  const std::string box = wheel("left", "0 0.2 0", "<box size='1 1 1'/>");
+  const std::string line = refusal(robot(std::regex_replace(box, std::regex("left_link"), name)));
   expectSays(line, {"has no cylinder or sphere"});
   EXPECT_EQ(line.find_first_of("\n\x1b"), std::string::npos) << line;
   EXPECT_LT(line.size(), 200u) << line;

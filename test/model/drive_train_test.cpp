@@ -5,19 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/plant_model.hpp"
+
 namespace jackal_aic {
 namespace {
 
 constexpr double kRadius = 0.098;
 
-PlantModel model(double lag, double integral) {
-  PlantModel m;
-  m.dead_time = 0.05;
-  m.lag = lag;
-  m.gain = 0.9;
-  m.velocity_loop_integral = integral;
-  m.acceleration_limit = 1000.0;
-  return m;
+PlantModel model(double lag, double integral, double acceleration_limit = 1000.0) {
+  return {0.05, lag, 0.9, 0.0, integral, acceleration_limit};
 }
 
 TEST(DriveTrainResponse, OfALagIsTheExponential) {
@@ -32,12 +28,7 @@ TEST(DriveTrainResponse, OfALagIsTheExponential) {
   }
 }
 
-PlantModel withOffset(double gain, double offset) {
-  PlantModel m = model(0.04, 8.0);
-  m.gain = gain;
-  m.offset = offset;
-  return m;
-}
+PlantModel withOffset(double gain, double offset) { return {0.05, 0.04, gain, offset}; }
 
 TEST(DeadZone, ReducesACommandAndItsInverseRestoresIt) {
   for (const double gain : {0.5, 1.0, 1.3}) {
@@ -82,9 +73,7 @@ TEST(DriveTrain, StepsFollowTheExactResponse) {
 }
 
 TEST(DriveTrain, AtItsLimitOnlyTheSpeedMoves) {
-  PlantModel slow = model(0.04, 8.0);
-  slow.acceleration_limit = 0.98;  // 10 rad/s^2
-  const DriveTrain train(slow, kRadius);
+  const DriveTrain train(model(0.04, 8.0, 0.98), kRadius);  // 10 rad/s^2
   for (const double share : {1.0, 0.5}) {
     Eigen::Vector3d x(0.0, 0.1, 0.0);
     const DriveTrain::Step step = train.step(x, -20.0, share);
@@ -126,6 +115,50 @@ TEST(DriveTrainPrediction, IsAtRestOfTheLoopAfterAReset) {
   EXPECT_NEAR(wheel.speed(), 3.0, 1e-12) << "the command that drove it is still under way";
   for (int k = 0; k < 1000; ++k) wheel.predict(0.0);
   EXPECT_NEAR(wheel.speed(), 0.0, 0.01);
+}
+
+TEST(PlantModel, HasNoEffectiveTrackOrOneThatARobotMayHave) {
+  const auto read = [](double track) {
+    ParameterMap map;
+    map.set("plant_model.dead_time", 0.1);
+    map.set("plant_model.lag", 0.02);
+    map.set("plant_model.effective_track", track);
+    return readPlantModel(map).effective_track;
+  };
+  for (const double track : {0.0, 0.05, 0.55, 5.0}) EXPECT_EQ(read(track), track);
+  for (const double track : {1e-300, 0.001, 0.0499, 5.1, -0.1}) EXPECT_THROW(read(track), ParameterError) << track;
+}
+
+TEST(ConfidenceBox, HasACornerForEveryEndOfTheIntervals) {
+  PlantModel model;
+  EXPECT_EQ(confidenceBox(model).size(), 1U) << "no interval is stated";
+  model.dead_time_half_width = 0.01;
+  model.gain_half_width = 0.05;
+  const std::vector<PlantModel> corners = confidenceBox(model);
+  ASSERT_EQ(corners.size(), 4U);
+  int early = 0, weak = 0;
+  for (const PlantModel& corner : corners) {
+    EXPECT_NEAR(std::abs(corner.dead_time - model.dead_time), 0.01, 1e-12);
+    EXPECT_NEAR(std::abs(corner.gain - model.gain), 0.05, 1e-12);
+    EXPECT_EQ(corner.lag, model.lag);
+    early += corner.dead_time < model.dead_time;
+    weak += corner.gain < model.gain;
+  }
+  EXPECT_EQ(early, 2);
+  EXPECT_EQ(weak, 2);
+}
+
+TEST(ConfidenceBox, StaysWithinWhatAModelMayBe) {
+  PlantModel model;
+  model.dead_time_half_width = model.lag_half_width = model.offset_half_width = 0.5;
+  model.gain_half_width = 2.0;
+  model.offset = 0.3;
+  for (const PlantModel& corner : confidenceBox(model)) {
+    EXPECT_GE(corner.dead_time, 0.0);
+    EXPECT_GE(corner.lag, 0.0);
+    EXPECT_GE(corner.gain, 0.1);
+    EXPECT_GE(corner.offset, 0.0);
+  }
 }
 
 }  // namespace

@@ -5,21 +5,12 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kSpeed = 5.0;  // rad/s, of both wheels on a straight line
-const WheelVector kStraight(kSpeed, kSpeed);
-const WheelVector kModel(kSpeed, kSpeed);  // commands of a robot like its model
+const WheelVector kModel(5.0, 5.0);  // commands on a straight line, of a robot like its model [rad/s]
 
 /// Measures for a second. @param left, right wheel speeds; @param yaw_rate of the body [rad/s].
 SideBalance measured(double left, double right, double yaw_rate, ChannelValidity channels = {}, bool on_box = false) {
   SideBalance sides(GeometryParameters{}, !on_box);
-  Observation y;
-  y.wheel_left = left;
-  y.wheel_right = right;
-  y.yaw_rate = yaw_rate;
-  for (int k = 0; k < 50; ++k) {
-    y.stamp = 0.02 * k;
-    sides.observe(y, channels);
-  }
+  for (int k = 0; k < 50; ++k) sides.observe({0.02 * k, yaw_rate, left, right}, channels);
   return sides;
 }
 
@@ -44,12 +35,9 @@ TEST(SideBalance, GyroContradictsWheels) {
       {"on a box", measured(-5.0, 5.0, 0.0, {}, true), false},
   };
   for (const auto& c : cases) EXPECT_EQ(c.sides.contradicted(), c.contradicted) << c.name;
-}
-
-TEST(SideBalance, ForgetsMeasurements) {
   SideBalance sides = measured(0.0, 5.0, 0.0);
   sides.reset();
-  EXPECT_FALSE(sides.contradicted());
+  EXPECT_FALSE(sides.contradicted()) << "the measurements are forgotten";
 }
 
 TEST(SideBalance, SidesStayTogether) {
@@ -65,11 +53,9 @@ TEST(SideBalance, SidesStayTogether) {
   const WheelVector kept = contradicted.bound({5.5, 5.0}, {8.0, 5.0}, kModel);
   EXPECT_NEAR(kept(0) / kept(1), 1.1, 1e-9) << "as before the contradiction";
   EXPECT_TRUE(contradicted.bound({5.5, 5.0}, {5.2, 5.0}, kModel).isApprox(WheelVector(5.2, 5.0))) << "decreases";
-}
 
-TEST(SideBalance, ExcessFromEarlierGoalPersists) {
-  const WheelVector arc(3.0, 7.0), commands(4.8, 5.2);
-  EXPECT_TRUE(measured(5.0, 5.0, 0.0).bound(kStraight, commands, arc).isApprox(commands));
+  const WheelVector earlier_arc(3.0, 7.0), commands(4.8, 5.2);
+  EXPECT_TRUE(agreed.bound(kModel, commands, earlier_arc).isApprox(commands)) << "its excess persists";
 }
 
 TEST(SideBalance, NoBoundForASideThatStands) {

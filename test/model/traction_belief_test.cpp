@@ -60,8 +60,6 @@ class Robot {
   std::normal_distribution<double> normal_;
 };
 
-// ---- wheels that grip
-
 TEST(TractionBelief, GrippingWheelsAreBelieved) {
   for (const double noise : {0.05, 0.3}) {
     Robot robot(0.0, noise);
@@ -111,8 +109,6 @@ TEST(TractionBelief, FastTurnOfUnknownCentreIsNoSlide) {
   jumps.drive({{1.0, 0.0, 0.0}, {0.06, 0.0, -5.0}, {0.5, 0.0, 0.0}});  // 0.3 m/s, from one side to the other
   EXPECT_FALSE(jumps.slid);
 }
-
-// ---- wheels that slide
 
 TEST(TractionBelief, AccelerometerReplacesSpinningWheelsUntilTheyGrip) {
   Robot robot;
@@ -173,8 +169,6 @@ TEST(TractionBelief, AccelerometerThatBecomesWrongIsNotFollowed) {
   }
 }
 
-// ---- a body that stands
-
 TEST(TractionBelief, CollisionsStopTheBody) {
   const struct {
     const char* what;
@@ -214,8 +208,6 @@ TEST(TractionBelief, StandingBodyStandsUntilItIsFreeOrItsWheelsStop) {
   EXPECT_EQ(free.belief.traction(), Traction::rolls);
 }
 
-// ---- sensors of other rates
-
 TEST(TractionBelief, CollisionIsDetectedAtTenSamplesASecond) {
   for (const double period : {0.02, 0.05, 0.066, 0.1, 0.12}) {
     TractionBelief belief(0.0);
@@ -233,8 +225,6 @@ TEST(TractionBelief, CollisionIsDetectedAtTenSamplesASecond) {
     EXPECT_TRUE(detected) << period;
   }
 }
-
-// ---- vibration
 
 /// The more it vibrates, the less shows that the body was freed; where nothing would, it does not stand for long.
 TEST(TractionBelief, FreedBodyIsFoundInVibration) {

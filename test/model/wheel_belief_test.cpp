@@ -5,19 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <vector>
 
 namespace jackal_aic {
 namespace {
 
 constexpr double kRadius = 0.098;
 
-PlantModel model(double dead_time, double lag) {
-  PlantModel m;
-  m.dead_time = dead_time;
-  m.lag = lag;
-  m.acceleration_limit = 1000.0;
-  return m;
+PlantModel model(double dead_time, double lag, double acceleration_limit = 1000.0) {
+  return {dead_time, lag, 1.0, 0.0, 0.0, acceleration_limit};
 }
 
 /// Acceleration at which a belief predicts that a wheel follows a far command, in parts of the limit of its model.
@@ -99,27 +94,23 @@ TEST(WheelBelief, LearnsTheLimitOfASlowMotorAlone) {
   const auto share = [](double limit_factor) {
     WheelBeliefParameters parameters;
     parameters.limit_deviation = 0.6;
-    PlantModel drive = model(0.08, 0.006);
-    drive.acceleration_limit = 1.65;
+    const PlantModel drive = model(0.08, 0.006, 1.65);
     WheelBelief wheel(drive, kRadius, parameters);
     const double limit = drive.acceleration_limit / kRadius * WheelBelief::kStep;
-    std::vector<double> commands;
+    CommandsUnderWay commands(drive.dead_time);
+    commands.fill(0.0);
     double command = 0.0, speed = 0.0;
     for (int k = 0; k < 2000; ++k) {
       command = std::min(10.0, command + limit);
-      commands.push_back(command);
-      const double acting = k >= 80 ? commands[static_cast<std::size_t>(k) - 80] : 0.0;
-      speed += std::clamp(acting - speed, -limit_factor * limit, limit_factor * limit);
+      speed += std::clamp(commands.step(command) - speed, -limit_factor * limit, limit_factor * limit);
       wheel.predict(command);
       if (k % 20 == 19) wheel.correct(speed);
     }
     EXPECT_NEAR(wheel.speed(), speed, 0.05) << limit_factor;
     return limitShare(wheel, drive);
   };
-  EXPECT_NEAR(share(0.5), 0.5, 0.05);
-  EXPECT_NEAR(share(0.8), 0.8, 0.05);
-  EXPECT_NEAR(share(1.0), 1.0, 0.02);
-  EXPECT_NEAR(share(2.0), 1.0, 0.02);
+  for (const double slow : {0.5, 0.8}) EXPECT_NEAR(share(slow), slow, 0.05);
+  for (const double fast : {1.0, 2.0}) EXPECT_NEAR(share(fast), 1.0, 0.02);
   EXPECT_NEAR(share(0.0), 1.0, 1e-9) << "blocked";
 }
 
@@ -151,11 +142,7 @@ TEST(WheelBelief, SeedKeepsTheCommandsUnderWayAndResetForgetsThem) {
 
 TEST(WheelBelief, WrongDisturbanceIsFoundAtConstantSpeed) {
   // Its own limit, which the wheel does not follow, would hide for ever that the disturbance is another one now.
-  PlantModel model;
-  model.dead_time = 0.0;
-  model.lag = 0.036;
-  model.acceleration_limit = 0.8;
-  WheelBelief belief(model, 0.098, {});
+  WheelBelief belief(model(0.0, 0.036, 0.8), kRadius, {});
   belief.reset(5.1);
   keep(belief, 8.1, 5.1, 5.0);
   EXPECT_NEAR(belief.disturbance(), -3.0, 0.1);
@@ -174,8 +161,8 @@ TEST(WheelBelief, VarianceAtTheLimitStaysPositive) {
   parameters.timing_time_constant = 0.2;
   for (const double limit : {0.3, 0.6, 1.0}) {
     robot.acceleration_limit = limit;
-    WheelBelief belief(told, 0.098, parameters);
-    DriveTrainPrediction motor(robot, 0.098);
+    WheelBelief belief(told, kRadius, parameters);
+    DriveTrainPrediction motor(robot, kRadius);
     std::mt19937 random(1);
     std::uniform_real_distribution<double> any(-8.0, 8.0);
     double command = 0.0;
@@ -193,8 +180,7 @@ TEST(WheelBelief, LearnedLimitIsForgottenAtConstantSpeed) {
   // A slow motor, then another source's commands: the wheel keeps a speed that the believed disturbance contradicts.
   WheelBeliefParameters parameters;
   parameters.limit_deviation = 0.6;
-  PlantModel drive = model(0.0, 0.006);
-  drive.acceleration_limit = 1.65;
+  const PlantModel drive = model(0.0, 0.006, 1.65);
   WheelBelief wheel(drive, kRadius, parameters);
   const double step = 0.35 * drive.acceleration_limit / kRadius * WheelBelief::kStep;
   double speed = 0.0;

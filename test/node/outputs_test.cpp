@@ -44,7 +44,6 @@ ControllerState messageOf(const DriveLoop& loop, const DriveLoopStatus& status, 
   addRemarks(status, around, "base_link", message);
   return message;
 }
-
 ControllerState messageOf(const DriveLoop& loop) { return messageOf(loop, loop.status()); }
 
 TEST(StateMessage, CarriesBeliefAndErrorsOfAllOrders) {
@@ -256,6 +255,8 @@ TEST(ConfigurationText, GivesTheSameParametersAgainForEveryPreset) {
     EXPECT_EQ(again.gate.limits.linear_speed, 2.0 * kThird);
     EXPECT_EQ(again.gate.restart_after_stop, RestartPolicy::at_once);
     EXPECT_EQ(again.faults.value().gyro_variance, 1e-5 * kThird);
+    const auto* predictive = std::get_if<PredictiveParameters>(&again.controller);
+    EXPECT_EQ(predictive ? predictive->gyro_variance : 1e-5 * kThird, 1e-5 * kThird) << "one variance for all";
     EXPECT_TRUE(again.motors_shared);
     EXPECT_EQ(again.robot_name, parameters.robot_name);
   }
@@ -347,22 +348,21 @@ TEST_F(StatusReportTest, AStartIsToldWithTheNextActionStep) {
   expectDiagnosis(DiagnosticStatus::OK, "no set point received yet");
 }
 
-TEST_F(StatusReportTest, WhatHasNotComeOrIsFaultyIsAWarningWhileIdle) {
+TEST_F(StatusReportTest, WhatIsMissingOrFaultyOrHeardByNobodyIsAWarning) {
+  const std::string idle = "no set point received yet";
   status.decision.cause = StopCause::set_point_missing;
   update();
   missing = "no wheel speeds received yet";
-  expectDiagnosis(DiagnosticStatus::WARN, "no set point received yet; no wheel speeds received yet");
+  expectDiagnosis(DiagnosticStatus::WARN, idle + "; no wheel speeds received yet");
   missing.clear();
   status.loss = Loss::both_encoders;
   update();
-  expectDiagnosis(DiagnosticStatus::WARN, "no set point received yet; both encoders lost");
+  expectDiagnosis(DiagnosticStatus::WARN, idle + "; both encoders lost");
   status.loss = Loss::none;
   status.fault = Fault::gyro_frozen;
   update();
   EXPECT_EQ(diagnosis().level, DiagnosticStatus::WARN);
-}
-
-TEST_F(StatusReportTest, CommandsThatNobodyHearsAreAWarning) {
+  status.fault = Fault::none;
   no_subscriber = "nobody listens to /cmd_vel";
   for (const bool handed_over : {true, false}) {
     status.handed_over = handed_over;
@@ -370,7 +370,7 @@ TEST_F(StatusReportTest, CommandsThatNobodyHearsAreAWarning) {
     expectDiagnosis(DiagnosticStatus::WARN, no_subscriber);
   }
   decide(DriveStatus::idle, StopCause::set_point_missing);
-  expectDiagnosis(DiagnosticStatus::WARN, "no set point received yet; nobody listens to /cmd_vel");
+  expectDiagnosis(DiagnosticStatus::WARN, idle + "; nobody listens to /cmd_vel");
   decide(DriveStatus::faulted, StopCause::driver_fault);
   expectDiagnosis(DiagnosticStatus::ERROR, "motor driver reports a fault; nobody listens to /cmd_vel");
 }

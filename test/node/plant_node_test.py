@@ -11,7 +11,6 @@ from jackal_msgs.msg import Drive, Feedback
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock, Log as Line
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Float64
 from std_srvs.srv import Empty, SetBool
 from tf2_msgs.msg import TFMessage
 
@@ -44,11 +43,9 @@ class PlantNode(Plant):
         cls.joints, cls.imu, cls.feedback = Log('/joint_states', JointState), Log('/imu/data', Imu), Log('/feedback', Feedback)
         cls.transforms, cls.lines = Log('/tf', TFMessage), Log('/rosout', Line)
         cls.drive_topic = advertise('/cmd_drive', Drive)
-        cls.gazebo = [advertise('/jackal_{}_wheel/command'.format(side), Float64) for side in ('left', 'right')]
 
     def setUp(self):
-        topics = [self.drive_topic] + self.gazebo
-        self.wait(lambda: all(topic.get_num_connections() > 0 for topic in topics) and self.truth and self.joints and self.imu and
+        self.wait(lambda: self.drive_topic.get_num_connections() > 0 and self.truth and self.joints and self.imu and
                   self.feedback and self.transforms)
         self.reset()
 
@@ -116,13 +113,6 @@ class PlantNode(Plant):
         self.run_for(1.5)
         self.assertAlmostEqual(self.yaw_rate(), 0.0, delta=1e-3)
         self.assertEqual(self.feedback[-1].commanded_mode, Drive.MODE_NONE)
-
-    def test_drives_by_gazebos_topics(self):
-        for wheel, speed in zip(self.gazebo, (1.0, 3.0)):
-            wheel.publish(speed)
-        self.run_for(1.5)
-        self.assertAlmostEqual(self.joints[-1].velocity[0], 1.0, delta=1e-3)
-        self.assertAlmostEqual(self.joints[-1].velocity[1], 3.0, delta=1e-3)
 
     def test_pulls_the_imu(self):
         call('/plant/pull_imu', SetBool, True)

@@ -10,8 +10,6 @@ namespace {
 constexpr double kRadius = 0.098, kTrack = 0.55, kPeriod = 0.02, kTick = 0.001;  // m, m, s, s
 constexpr double kBelieved = 1e-6;
 
-const BodyVector kRest = BodyVector::Zero();
-
 double forward(const MotionUncertainty& u, double speed = 0.0, double yaw_rate = 0.0) {
   return u.forwardVariance(kBelieved, {speed, 0.0, yaw_rate});
 }

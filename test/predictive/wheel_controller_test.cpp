@@ -6,20 +6,15 @@
 #include <cmath>
 
 #include "jackal_aic/model/robot_range.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
+#include "jackal_aic/predictive/drive_train_reference.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kRadius = 0.098;
+constexpr double kRadius = 0.098, kGain = 0.9;
 
-PlantModel driveTrain() {
-  PlantModel model;
-  model.dead_time = 0.08;
-  model.lag = 0.04;
-  model.gain = 0.9;
-  model.acceleration_limit = 20.0;
-  return model;
-}
+PlantModel driveTrain(double offset = 0.0) { return {0.08, 0.04, kGain, offset, 0.0, 20.0}; }
 
 /// A wheel that its model describes but for a disturbance of the input [rad/s], under its controller.
 struct Loop {
@@ -62,15 +57,13 @@ TEST(WheelController, CompensatesNoMoreThanTheRange) {
     wheel.correct(0.0);
     const double input = wheel.input(5.0), before = wheel.action();
     wheel.act(input);
-    EXPECT_LE(wheel.action(), std::max(before, (kGainRange * input + kSpeedRange) / driveTrain().gain) + 1e-6);
+    EXPECT_LE(wheel.action(), std::max(before, (kGainRange * input + kSpeedRange) / kGain) + 1e-6);
   }
   EXPECT_LT(wheel.belief().disturbance(), -7.0);
 }
 
 TEST(WheelController, CompensatesTheOffsetOfItsModel) {
-  PlantModel model = driveTrain();
-  model.offset = 0.5;
-  Loop with(0.0, model), without(0.0);
+  Loop with(0.0, driveTrain(0.5)), without(0.0);
   for (const double wanted : {0.2, 5.0, -3.0}) {
     for (int k = 0; k < 100; ++k) {
       for (Loop* loop : {&with, &without}) loop->drive(wanted, 1);
@@ -103,6 +96,60 @@ TEST(WheelController, RestReleasesTheActionAndKeepsTheBelief) {
   EXPECT_EQ(loop.wheel.action(), 0.0);
   EXPECT_EQ(loop.wheel.path().speed(), 0.0);
   EXPECT_NE(loop.wheel.belief().disturbance(), 0.0) << "the belief stays";
+}
+
+/// Without a dead time. @param integral of the velocity loop [1/s].
+PlantModel driveTrain(double lag, double integral, double acceleration_limit) {
+  return {0.0, lag, 1.0, 0.0, integral, acceleration_limit};
+}
+
+TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
+  const PlantModel model = driveTrain(0.04, 6.0, 20.0);
+  DriveTrainReference reference(model, kRadius, 0.05, 0.02);
+  WheelBelief wheel(model, kRadius, {});
+  double path = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    const double r = reference.advance(5.0);
+    path += -std::expm1(-0.02 / 0.05) * (5.0 - path);
+    for (int i = 0; i < 20; ++i) wheel.predict(r);
+    EXPECT_NEAR(wheel.speed(), path, 0.01) << "period " << k;
+  }
+}
+
+TEST(DriveTrainReference, InputOfLimitedChangeEndsInTime) {
+  const PlantModel model = driveTrain(0.0455, 8.0, 100.0);
+  for (const double largest_change : {1.4, 3.0}) {
+    for (const bool in_time : {false, true}) {
+      DriveTrainReference path(model, kRadius, 0.01, 0.02);
+      double before = 0.0, fastest = 0.0;
+      int settled = 0;
+      for (int k = 0; k < 60; ++k) {
+        const double wanted = path.input(6.0);
+        const double r = in_time ? path.inTime(6.0, wanted, largest_change) : wanted;
+        before += std::clamp(r - before, -largest_change, largest_change);
+        path.take(before);
+        fastest = std::max(fastest, path.speed());
+        if (std::abs(path.speed() - 6.0) > 0.3) settled = k + 1;
+      }
+      EXPECT_EQ(fastest > 6.1, !in_time) << largest_change << ", " << fastest;
+      if (in_time) {
+        EXPECT_LT(0.02 * settled, 0.02 * 6.0 / largest_change + 0.15) << largest_change;
+      }
+    }
+  }
+}
+
+TEST(DriveTrainReference, NearlyEqualWheelsStayTogetherAtTheLimit) {
+  DriveTrainReference left(driveTrain(0.04, 8.0, 20.0), kRadius, 0.01, 0.02), right(left);
+  right.reset(1e-3);
+  for (int k = 0; k < 5; ++k) {
+    // A gate lets through all but a hair of what one wheel asks for at the limit.
+    left.advance(20.0);
+    right.advance(20.0);
+    left.amend(1e-6);
+    right.amend(-1e-6);
+  }
+  EXPECT_NEAR(left.advance(20.0), right.advance(20.0), 0.05);
 }
 
 }  // namespace

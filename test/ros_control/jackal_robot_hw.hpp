@@ -26,7 +26,8 @@ class JackalRobotHW : public hardware_interface::RobotHW {
       : plant_(urdf_xml, parameters), sample_(*plant_.measurement()) {
     using namespace hardware_interface;
     for (std::size_t i = 0; i < kWheelJoints.size(); ++i) {
-      const JointStateHandle state(kWheelJoints[i], &position_[i], &velocity_[i], &effort_[i]);
+      const JointStateHandle state(kWheelJoints[i], &read_.wheel_position[i], &read_.wheel_velocity[i],
+                                   &read_.wheel_effort[i]);
       states_.registerHandle(state);
       velocities_.registerHandle(JointHandle(state, &command_[i]));
     }
@@ -36,9 +37,9 @@ class JackalRobotHW : public hardware_interface::RobotHW {
     ImuSensorHandle::Data imu;
     imu.name = "imu";
     imu.frame_id = "base_link";
-    imu.orientation = orientation_.data();
-    imu.angular_velocity = angular_velocity_.data();
-    imu.linear_acceleration = linear_acceleration_.data();
+    imu.orientation = read_.orientation.coeffs().data();
+    imu.angular_velocity = read_.angular_velocity.data();
+    imu.linear_acceleration = read_.linear_acceleration.data();
     imus_.registerHandle(ImuSensorHandle(imu));
     registerInterface(&imus_);
   }
@@ -50,17 +51,7 @@ class JackalRobotHW : public hardware_interface::RobotHW {
     return plant_.measurement();
   }
 
-  void read(const ros::Time&, const ros::Duration&) override {
-    position_ = sample_.wheel_position;
-    velocity_ = sample_.wheel_velocity;
-    effort_ = sample_.wheel_effort;
-    const auto& q = sample_.orientation;
-    orientation_ = {q.x(), q.y(), q.z(), q.w()};
-    for (int i = 0; i < 3; ++i) {
-      angular_velocity_[i] = sample_.angular_velocity(i);
-      linear_acceleration_[i] = sample_.linear_acceleration(i);
-    }
-  }
+  void read(const ros::Time&, const ros::Duration&) override { read_ = sample_; }
 
   void write(const ros::Time&, const ros::Duration&) override {
     plant_.command({command_[kFrontLeft], command_[kFrontRight]});
@@ -71,9 +62,8 @@ class JackalRobotHW : public hardware_interface::RobotHW {
  private:
   JackalPlant plant_;
   PlantMeasurement sample_;  // the last
-  std::array<double, 4> position_{}, velocity_{}, effort_{}, command_{};
-  std::array<double, 4> orientation_{0.0, 0.0, 0.0, 1.0};
-  std::array<double, 3> angular_velocity_{}, linear_acceleration_{};
+  PlantMeasurement read_;    // as the interfaces show it
+  std::array<double, 4> command_{};
   hardware_interface::JointStateInterface states_;
   hardware_interface::VelocityJointInterface velocities_;
   hardware_interface::ImuSensorInterface imus_;

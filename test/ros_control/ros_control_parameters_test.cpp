@@ -11,8 +11,6 @@
 namespace jackal_aic {
 namespace {
 
-std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
-
 /// The least that a robot has to say.
 ParameterMap bare() {
   ParameterMap map;

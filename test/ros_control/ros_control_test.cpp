@@ -1,6 +1,7 @@
 // The controller of ros_control as a robot loads it: by pluginlib, with the stock configuration and the shipped extras,
 // on the simulated robot. Time is the simulation's, and everything but publishing happens in this thread, in order.
 
+#include <controller_interface/controller_base.h>
 #include <dlfcn.h>
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <geometry_msgs/TwistStamped.h>
@@ -18,15 +19,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <future>
+#include <memory>
 #include <numeric>
+#include <pluginlib/class_loader.hpp>
 
 #include "../counted_allocations.hpp"
 #include "../repository.hpp"
 #include "../temporary_directory.hpp"
 #include "jackal_robot_hw.hpp"
 #include "plant_messages.hpp"
-#include "plugin_loop.hpp"
 
 // Counts the locks too: an update must neither lock nor allocate.
 namespace {
@@ -48,8 +51,9 @@ namespace {
 constexpr const char* kName = "jackal_velocity_controller";
 constexpr double kSetPointPeriod = 0.05;  // s
 
-sim::PlantParameters plantParameters() {
+sim::PlantParameters plantParameters(double sensor_rate = 50.0) {
   ParameterMap map = shipped({"plant"});
+  map.set("plant.sensor_rate", sensor_rate);
   return readParameters<sim::PlantParameters>(map, "plant");
 }
 
@@ -65,8 +69,10 @@ struct StepFigures {
 
 class RosControl : public testing::Test {
  protected:
+  using Controller = controller_interface::ControllerBase;
+
   explicit RosControl(bool with_imu = false, const sim::PlantParameters& plant = plantParameters())
-      : robot(textOf("sim/urdf/jackal.urdf"), plant, with_imu), plugin(&robot), start(newStart()) {
+      : robot(jackalUrdf(), plant, with_imu), start(newStart()) {
     setTime();
     set_points = node.advertise<geometry_msgs::Twist>(std::string(kName) + "/cmd_vel", 1);
     if (!with_imu) imu = node.advertise<sensor_msgs::Imu>("imu/data", 10);
@@ -113,8 +119,21 @@ class RosControl : public testing::Test {
     return condition();
   }
 
-  bool load(const ros::M_string& remappings = {}) {
-    if (!plugin.load(kName, remappings)) return false;
+  /// Constructs and initialises a controller in place of the one before, as its parameter `type` says. False, with a
+  /// message, if it failed. @param remappings of the topics of the robot.
+  bool loadPlugin(const std::string& name, const ros::M_string& remappings = {}) {
+    try {
+      ros::NodeHandle root("", remappings), own(name);
+      controller.reset(loader.createUnmanagedInstance(own.param<std::string>("type", "")));
+      return controller->initRequest(&robot, root, own, claimed);
+    } catch (const std::exception& error) {
+      ROS_ERROR("Could not load controller '%s': %s", name.c_str(), error.what());
+      return false;
+    }
+  }
+
+  bool load() {
+    if (!loadPlugin(kName)) return false;
     // Behind the controller: what came here came there.
     heard_subscriber = node.subscribe<geometry_msgs::Twist>(std::string(kName) + "/cmd_vel", 10,
                                                             [this](const geometry_msgs::TwistConstPtr&) { ++heard; });
@@ -129,11 +148,11 @@ class RosControl : public testing::Test {
   /// Starts and stops as a controller manager does: between two updates.
   bool startRequest() {
     update();
-    return plugin->startRequest(ros::Time::now());
+    return controller->startRequest(ros::Time::now());
   }
   bool stopRequest() {
     update();
-    return plugin->stopRequest(ros::Time::now());
+    return controller->stopRequest(ros::Time::now());
   }
 
   /// Started, and asked to stand: a controller that starts under set points waits for that.
@@ -159,7 +178,7 @@ class RosControl : public testing::Test {
     const ros::Time time = ros::Time::now();
     robot.read(time, ros::Duration(period));
     counting = true;
-    plugin->updateRequest(time, ros::Duration(period));
+    controller->updateRequest(time, ros::Duration(period));
     counting = false;
     robot.write(time, ros::Duration(period));
   }
@@ -272,7 +291,9 @@ class RosControl : public testing::Test {
 
   ros::NodeHandle node;
   sim::JackalRobotHW robot;
-  PluginLoop plugin;
+  pluginlib::ClassLoader<Controller> loader{"controller_interface", "controller_interface::ControllerBase"};
+  Controller::ClaimedResources claimed;
+  std::unique_ptr<Controller> controller;  // destroyed before the loader, which holds its code
   double start;
   double period = 0.02;  // s
   ros::Publisher set_points, imu, transforms;
@@ -294,9 +315,9 @@ TEST_F(RosControl, StepIsFastAndExactAndPublishedAndEndsWithItsCommands) {
   node.setParam("tf_prefix", "/robot1/");
   ASSERT_TRUE(startController());
   node.deleteParam("tf_prefix");
-  ASSERT_EQ(plugin.claimed().size(), 1u);
-  EXPECT_EQ(plugin.claimed()[0].hardware_interface, "hardware_interface::VelocityJointInterface");
-  EXPECT_EQ(plugin.claimed()[0].resources.size(), 4u);
+  ASSERT_EQ(claimed.size(), 1u);
+  EXPECT_EQ(claimed[0].hardware_interface, "hardware_interface::VelocityJointInterface");
+  EXPECT_EQ(claimed[0].resources.size(), 4u);
   for (const double command : run(1.0).command) ASSERT_EQ(command, 0.0) << "in spite of the noise of its encoders";
   expectStep(0.5, 0.0, 0.45, 0.5);
   ASSERT_TRUE(wait([&] { return now() - command_out.header.stamp.toSec() < 0.05; }));
@@ -346,16 +367,10 @@ TEST_F(RosControlWithImu, ReadsTheImuOfTheRobot) {
   expectStep(0.0, 0.5, 0.4, 2.0);
 }
 
-sim::PlantParameters withLiveWheels() {
-  sim::PlantParameters plant = plantParameters();
-  plant.sensor_rate = 1000.0;
-  return plant;
-}
-
 /// A robot whose wheels can be read at any time, as in Gazebo.
 class RosControlWithLiveWheels : public RosControl {
  protected:
-  RosControlWithLiveWheels() : RosControl(false, withLiveWheels()) {}
+  RosControlWithLiveWheels() : RosControl(false, plantParameters(1000.0)) {}
 };
 
 TEST_F(RosControlWithLiveWheels, ReadsTheWheelsWithEachSampleOfTheImu) {
@@ -418,7 +433,7 @@ TEST_F(RosControl, LoadedAndStartedUnderSetPointsItStands) {
 TEST_F(RosControl, ALatchedEmergencyStopIsHeardBeforeTheFirstCommand) {
   const char* kStop = "/latched_stop";  // of another node
   ASSERT_TRUE(ros::topic::waitForMessage<std_msgs::Bool>(kStop, ros::Duration(60.0))->data);
-  ASSERT_TRUE(plugin.load(kName, {{"e_stop", kStop}}) && startRequest());
+  ASSERT_TRUE(loadPlugin(kName, {{"e_stop", kStop}}) && startRequest());
   command(0.0, 0.0);
   run(0.1);
   command(0.5, 0.0);
@@ -483,14 +498,14 @@ TEST_F(RosControl, KeepsWhatItLearnedInAFile) {
 TEST_F(RosControl, WhatCannotDriveIsNotLoaded) {
   const std::string name = "bad_controller";
   node.setParam(name + "/type", "jackal_aic/ActiveInferenceController");
-  EXPECT_FALSE(plugin.load(name)) << "no wheels";
+  EXPECT_FALSE(loadPlugin(name)) << "no wheels";
   node.setParam(name + "/left_wheel", "front_left_wheel");
   node.setParam(name + "/right_wheel", "no_such_wheel");
   node.setParam(name + "/wheel_separation", 0.4);
   node.setParam(name + "/wheel_radius", 0.1);
-  EXPECT_FALSE(plugin.load(name)) << "the robot does not have the joint";
+  EXPECT_FALSE(loadPlugin(name)) << "the robot does not have the joint";
   node.setParam(name + "/right_wheel", "front_right_wheel");
-  EXPECT_TRUE(plugin.load(name));
+  EXPECT_TRUE(loadPlugin(name));
   node.deleteParam(name);
 }
 

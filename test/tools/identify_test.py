@@ -80,10 +80,10 @@ class Identify(unittest.TestCase):
         self.directory = pathlib.Path(directory.name)
         self.bag = self.directory / 'drive.bag'
 
-    def record(self, change=None, also=()):
+    def record(self, change=None, also=(), messages=None):
         """Writes the bag; a change of the sensors' messages, and others (topic, time, message, node)."""
         with rosbag.Bag(str(self.bag), 'w') as bag:
-            for i, (topic, time, message) in enumerate(self.messages):
+            for i, (topic, time, message) in enumerate(self.messages if messages is None else messages):
                 if change and topic == '/joint_states':
                     message, imu = copy.deepcopy(message), copy.deepcopy(self.messages[i + 1][2])
                     change(message, imu)
@@ -124,9 +124,7 @@ class Identify(unittest.TestCase):
 
     def test_refuses_bags_without_commands(self):
         for messages, words in ((self.messages[:2], 'no messages on /cmd_drive'), ([('/cmd_drive', rospy.Time(100), Float64())], 'std_msgs/Float64')):
-            with rosbag.Bag(str(self.bag), 'w') as bag:
-                for topic, time, message in messages:
-                    bag.write(topic, message, time)
+            self.record(messages=messages)
             self.assertIn(words, self.refusal())
 
     def test_refuses_wheels_and_stamps_that_cannot_be(self):
@@ -186,9 +184,7 @@ class Identify(unittest.TestCase):
                 stamped.twist = twist
                 twists += [('/cmd_vel', time, twist), ('/mux/cmd_vel_out', time, stamped)]
         found = []
-        with rosbag.Bag(str(self.bag), 'w') as bag:
-            for topic, time, message in self.messages + twists:
-                bag.write(topic, message, time)
+        self.record(messages=self.messages + twists)
         for topic in ('/cmd_drive', '/cmd_vel', '/mux/cmd_vel_out'):
             self.identified('--command-topic', topic, '--out', 'model.yaml')
             found.append(yaml.safe_load((self.directory / 'model.yaml').read_text())['plant_model'])

@@ -7,7 +7,6 @@
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <algorithm>
 #include <boost/program_options/errors.hpp>
 #include <filesystem>
 #include <fstream>
@@ -16,10 +15,9 @@
 
 #include "../command.hpp"
 #include "../complaint.hpp"
+#include "../repository.hpp"
 #include "../temporary_directory.hpp"
 #include "inputs/set_points.hpp"
-#include "jackal_aic/config/text_file.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
 #include "jackal_plant.hpp"
 #include "outputs/commands.hpp"
 #include "outputs/input_log.hpp"
@@ -34,23 +32,11 @@ namespace {
 constexpr double kDuration = 4.0;  // s, of the drive
 constexpr double kSetBack = 2.0;   // s, into the drive
 
-std::string config(const std::string& name) { return std::string(JACKAL_AIC_SOURCE_DIR) + "/config/" + name; }
-
-NodeParameters parametersOf(const std::string& preset) {
-  ParameterMap map;
-  for (const std::string name : {"advanced", "jackal", preset.c_str(), "plant_model"}) {
-    addYamlFile(config(name + ".yaml"), map);
-  }
-  return readNodeParameters(map, [] { return readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"); });
-}
-
-/// What is recorded.
 struct What {
   std::string preset = "predictive";
   bool log = true;                      ///< of the controller
   std::uint64_t first = 0;              ///< number of its first input
   std::string imu_frame = "base_link";  ///< another has a static transform after a second
-  bool gains_change = false;            ///< on the way, those of `predictive`
   double set_back = 0.0;                ///< of the clock, after kSetBack [s]
   bool middle = false;                  ///< it begins in the middle of a drive, with set points that are not zero
 };
@@ -58,16 +44,13 @@ struct What {
 /// A bag that goes with the test.
 class RecordedBag {
  public:
-  explicit RecordedBag(const What& what) { write(what); }
-  std::string path(const std::string& name = "drive.bag") const { return directory_.path(name); }
-
- private:
-  void write(const What& what) {
-    const NodeParameters parameters = parametersOf(what.preset);
+  explicit RecordedBag(const What& what) {
+    const ParameterMap configured = shipped({"advanced", "jackal", what.preset, "plant_model"});
+    const NodeParameters parameters = readNodeParameters(configured, jackalUrdf);
     DriveLoop loop(parameters, makeController(parameters));
     if (what.middle) loop.release();
     const sim::PlantParameters plant_parameters;
-    sim::JackalPlant plant(readText(std::string(JACKAL_AIC_SOURCE_DIR) + "/sim/urdf/jackal.urdf"), plant_parameters);
+    sim::JackalPlant plant(jackalUrdf(), plant_parameters);
     rosbag::Bag bag(path(), rosbag::bagmode::Write);
     LoopInputs log;
     log.first = what.first;
@@ -86,9 +69,6 @@ class RecordedBag {
         bag.write("/jackal_AIC/set_point", stamp, twist);
         loop.setSetPoint(setPoint(twist), now);
       }
-      if (k == 2000 && what.gains_change) {
-        loop.adoptGains(std::get<PredictiveParameters>(parameters.controller), now);
-      }
       if (k == 1000 && what.imu_frame != "base_link") {
         geometry_msgs::TransformStamped mounted;
         mounted.header.frame_id = "base_link";
@@ -103,9 +83,7 @@ class RecordedBag {
         auto inertial = sim::toImu(*plant.measurement(), plant_parameters);
         inertial.header.frame_id = what.imu_frame;
         auto feedback = sim::toFeedback(*plant.measurement(), jackal_msgs::Drive::MODE_VELOCITY);
-        joints.header.stamp += ahead;
-        inertial.header.stamp += ahead;
-        feedback.header.stamp += ahead;
+        for (auto* header : {&joints.header, &inertial.header, &feedback.header}) header->stamp += ahead;
         bag.write("/joint_states", stamp, joints);
         bag.write("/imu/data", stamp, inertial);
         bag.write("/feedback", stamp, feedback);
@@ -141,18 +119,16 @@ class RecordedBag {
     }
   }
 
+  std::string path(const std::string& name = "drive.bag") const { return directory_.path(name); }
+
+ private:
   TemporaryDirectory directory_;
 };
 
-struct Outcome {
-  int status;
-  std::string text;
-};
-
-Outcome run(const std::vector<std::string>& arguments) {
+CommandResult run(const std::vector<std::string>& arguments) {
   std::ostringstream out;
   const int status = replay(arguments, out);
-  return {status, out.str()};
+  return {out.str(), status};
 }
 
 std::string refusal(const std::vector<std::string>& arguments) {
@@ -174,7 +150,7 @@ std::vector<std::vector<std::string>> rowsOf(const std::string& path) {
 TEST(Replay, LogOfEveryStructureComesOutToTheBit) {
   for (const std::string preset : {"predictive", "improved", "standard", "diff_drive"}) {
     const RecordedBag bag({preset});
-    const Outcome outcome = run({bag.path(), "--check"});
+    const CommandResult outcome = run({bag.path(), "--check"});
     EXPECT_EQ(outcome.status, 0) << preset << ": " << outcome.text;
     expectSays(outcome.text, {"all identical"});
   }
@@ -203,12 +179,12 @@ TEST(Replay, TableHasWhatWasDoneAndWhatWasRecorded) {
 
 TEST(Replay, AnotherConfigurationIsReported) {
   const RecordedBag bag({});
-  const Outcome slow = run({bag.path(), "--check", "--set", "limits.linear_acceleration=0.3"});
+  const CommandResult slow = run({bag.path(), "--check", "--set", "limits.linear_acceleration=0.3"});
   EXPECT_EQ(slow.status, 1);
   // The wheels answer to the recorded commands, not to those.
   expectSays(slow.text, {"changed as asked for", "differ, the first at 1.", "driving: another source has the motors"});
   expectSaysNot(slow.text, {"faulted:", "braking:", "follow"});
-  const Outcome improved = run({bag.path(), "--preset", "improved"});
+  const CommandResult improved = run({bag.path(), "--preset", "improved"});
   EXPECT_EQ(improved.status, 0) << improved.text;
   expectSays(improved.text, {" differ"});
 }
@@ -232,7 +208,7 @@ TEST(Replay, AClockThatWasSetBackIsReplayedAsItRan) {
     What what;
     what.set_back = set_back;
     const RecordedBag bag(what);
-    const Outcome log = run({bag.path(), "--check", "--output", bag.path("drive.csv")});
+    const CommandResult log = run({bag.path(), "--check", "--output", bag.path("drive.csv")});
     EXPECT_EQ(log.status, 0) << log.text;
     expectSays(log.text, {"Recorded states: 198 compared, all identical", "clock jumped back"});
     expectSaysNot(log.text, {"missing", "anew in this bag"});
@@ -257,7 +233,7 @@ TEST(Replay, BagOfAnotherControllerIsPlayedFromItsMessages) {
   What stock;
   stock.log = false;
   const RecordedBag bag(stock);
-  expectSays(run({bag.path(), "--plant-model", config("plant_model.yaml")}).text,
+  expectSays(run({bag.path(), "--plant-model", kRoot / "config/plant_model.yaml"}).text,
              {"that of config/", "Messages of the sensors", "driving"});
   expectSays(refusal({bag.path(), "--set-point-topic", "cmd_vel"}), {"it has /jackal_AIC/set_point"});
   expectSays(refusal({bag.path(), "--namespace", "robot1"}), {"no messages on /robot1/"});
@@ -274,9 +250,8 @@ TEST(Replay, WhatCannotBeReplayedIsOneLine) {
         {"--output", "/nowhere/x.csv", "/nowhere/x.csv"}}) {
     expectSays(refusal({bag.path(), option, value}), {said});
   }
-  std::ostringstream out;
-  EXPECT_THROW(replay({}, out), boost::program_options::error);
-  EXPECT_ANY_THROW(replay({bag.path("none.bag")}, out));
+  EXPECT_THROW(run({}), boost::program_options::error);
+  EXPECT_ANY_THROW(run({bag.path("none.bag")}));
 }
 
 TEST(Replay, DamagedBagsEndTheProgramInOrder) {

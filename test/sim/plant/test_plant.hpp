@@ -17,8 +17,6 @@ constexpr double kWheelRadius = 0.098;  // m
 constexpr double kTrack = 0.37559;      // m
 constexpr double kGravity = 9.81;       // m/s^2
 
-inline std::string jackalUrdf() { return textOf("sim/urdf/jackal.urdf"); }
-
 /// The Jackal's URDF with the first occurrence of a text replaced.
 inline std::string jackalUrdfWith(const std::string& original, const std::string& replacement) {
   std::string text = jackalUrdf();

@@ -1,9 +1,10 @@
-#include "jackal_aic/predictive/turn_model.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "jackal_aic/predictive/turn_model.hpp"
+#include "jackal_aic/predictive/yaw_rate_belief.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -44,9 +45,12 @@ TEST(TurnModel, LearnsHowTheTurnDependsOnTheMotion) {
     TurnModel model(kRatio);
     drive(truth, 120, model);
     EXPECT_LT((model.mean() - truth).cwiseAbs().maxCoeff(), 0.05) << model.mean().transpose();
-    for (const Motion m : {Motion{0.5, 0.8}, Motion{-0.5, 0.8}, Motion{0.4, -0.8}, Motion{-0.2, 0.0}}) {
-      EXPECT_NEAR(model.yawRate(m.x, m.v), yawRateOf(truth, m), 0.02);
-      EXPECT_NEAR(model.difference(yawRateOf(truth, m), m.v), m.x, 0.01);
+    constexpr double h = 1e-6;
+    for (const auto& [x, v] : {Motion{0.5, 0.8}, Motion{-0.5, 0.8}, Motion{0.4, -0.8}, Motion{-0.2, -0.3}}) {
+      EXPECT_NEAR(model.yawRate(x, v), yawRateOf(truth, {x, v}), 0.02);
+      EXPECT_NEAR(model.difference(yawRateOf(truth, {x, v}), v), x, 0.01);
+      EXPECT_NEAR(model.perDifference(x, v), (model.yawRate(x + h, v) - model.yawRate(x - h, v)) / (2 * h), 1e-6);
+      EXPECT_NEAR(model.perSpeed(x, v), (model.yawRate(x, v + h) - model.yawRate(x, v - h)) / (2 * h), 1e-6);
     }
   }
   TurnModel one(kRatio);
@@ -112,17 +116,6 @@ TEST(TurnModel, StaysInvertibleUnderRandomSamples) {
   }
 }
 
-TEST(TurnModel, DerivativesAreThoseOfTheYawRate) {
-  TurnModel model(kRatio);
-  drive({1.5, 0.2, 0.03, -0.1}, 60, model);
-  constexpr double h = 1e-6;
-  for (const Motion m : {Motion{0.5, 0.8}, Motion{-0.5, 0.8}, Motion{0.4, -0.8}, Motion{-0.2, -0.3}}) {
-    EXPECT_NEAR(model.perDifference(m.x, m.v), (model.yawRate(m.x + h, m.v) - model.yawRate(m.x - h, m.v)) / (2 * h),
-                1e-6);
-    EXPECT_NEAR(model.perSpeed(m.x, m.v), (model.yawRate(m.x, m.v + h) - model.yawRate(m.x, m.v - h)) / (2 * h), 1e-6);
-  }
-}
-
 /// The ground of one turn does not last: the next turn is that of the robot.
 TEST(TurnModel, GroundOfATurnFades) {
   TurnModel model(kRatio);
@@ -133,6 +126,38 @@ TEST(TurnModel, GroundOfATurnFades) {
   for (int k = 0; k < 150; ++k) model.pass(kPeriod);
   EXPECT_NEAR(model.yawRate(0.5, 0.0), 1.5 * 0.5, 0.03);
   EXPECT_NEAR(model.difference(0.75, 0.0), 0.5, 0.02);
+}
+
+constexpr double kStep = 0.001;
+
+TEST(YawRateBelief, FollowsTheWheelsBetweenSamplesOfTheGyro) {
+  YawRateBelief yaw({}), steady({});
+  for (int k = 0; k < 100; ++k) yaw.predict(4.0, kStep);
+  EXPECT_NEAR(yaw.yawRate(), 0.4, 1e-12);
+  for (int k = 0; k < 100; ++k) steady.predict(0.0, kStep);
+  yaw.correct(0.3);  // the body is behind
+  steady.correct(-0.1);
+  EXPECT_NEAR(yaw.yawRate(), 0.3, 0.005);
+  EXPECT_GT(steady.yawRate(), -0.08) << "a single reading moves it less when nothing was asked for";
+}
+
+TEST(YawRateBelief, VarianceIsThatOfItsError) {
+  YawRateBeliefParameters parameters;
+  std::mt19937 random(9);
+  std::normal_distribution<double> unit(0.0, 1.0);
+  double sum = 0.0;
+  constexpr int kRuns = 2000;
+  for (int run = 0; run < kRuns; ++run) {
+    YawRateBelief yaw(parameters);
+    double truth = 0.005 * unit(random);
+    for (int k = 0; k < 20; ++k) {
+      yaw.predict(0.0, 0.02);
+      truth += std::sqrt(parameters.process_noise * 0.02) * unit(random);
+      yaw.correct(truth + 0.005 * unit(random));
+    }
+    sum += std::pow(yaw.yawRate() - truth, 2) / yaw.variance();
+  }
+  EXPECT_NEAR(sum / kRuns, 1.0, 0.1);
 }
 
 }  // namespace
