@@ -40,6 +40,7 @@ constexpr double kSureOdds = 0.5 * thresholds::kSure * thresholds::kSure;  // di
 // Acceleration limit of a robot without identification.
 constexpr double kLeastLimit = 0.5;  // least learned one / assumed one
 constexpr double kTrialRatio = 2.0;  // tried one / followed one
+constexpr int kClearlyLess = 2;      // index of a share of the limit, 0.63
 
 // Standard deviations of the prior, and range.
 constexpr double kDeadTimeDeviation = 0.08;  // s
@@ -328,10 +329,10 @@ bool DriveTrainLearning::takeOver(bool ended) {
   return true;
 }
 
-/// Tries a higher acceleration limit once the wheels follow the present one. True if it changed.
+/// Tries a higher acceleration limit once the wheels follow the present one and not clearly less. True if it changed.
 bool DriveTrainLearning::raiseLimit() {
   const double limit = std::min(kTrialRatio * limit_, largest_limit_);
-  const double of_less = *std::min_element(by_share_.begin() + 2, by_share_.end());
+  const double of_less = *std::min_element(by_share_.begin() + kClearlyLess, by_share_.end());
   if (!explained() || of_less - by_share_[0] < kSureOdds || limit <= limit_) return false;
   return setLimit(limit, 0);
 }

@@ -325,32 +325,21 @@ void PredictiveController::restart() {
 }
 
 void PredictiveController::reset() {
-  setTiming({configured_model_.dead_time, configured_model_.lag, configured_model_.acceleration_limit});
-  drive_train_.setTiming({model_.dead_time, model_.lag, model_.acceleration_limit});
-  observation_ = {};
-  observed_ = started_ = false;
-  set_point_ = {};
-  standstill_ = {};
+  drive_train_.setTiming({configured_model_.dead_time, configured_model_.lag, configured_model_.acceleration_limit});
   slip_ = slipBeliefOf(parameters_, geometry_, model_);
-  shaken_ = false;
   traction_ = TractionBelief(parameters_.turning_centre);
   uncertainty_ = uncertaintyOf(geometry_, model_);
-  free_energy_ = turning_ = 0.0;
-  errors_.setZero();
-  restart();
+  resetMotion();
 }
 
 void PredictiveController::resetMotion() {
-  const SlipBelief slip = slip_;
-  const DriveTrainLearning drive_train = drive_train_;
-  const TractionBelief traction = traction_;
-  const MotionUncertainty uncertainty = uncertainty_;
-  reset();
-  slip_ = slip;
-  drive_train_ = drive_train;
-  traction_ = traction;
-  uncertainty_ = uncertainty;
   setTiming(drive_train_.timing());
+  observation_ = {};
+  observed_ = started_ = shaken_ = false;
+  set_point_ = {};
+  standstill_ = {};
+  free_energy_ = turning_ = 0.0;
+  errors_.setZero();
   restart();
 }
 

@@ -67,6 +67,7 @@ TEST(MonitorAllocations, NoneInResetsAndTheCounterCounts) {
   GTEST_SKIP() << "the sanitizers allocate";
 #endif
   FaultMonitor monitor({}, {}, {});
+  PredictiveController controller({}, {}, {});
   Observation y;
   const int before = allocations;
   counting = true;
@@ -74,9 +75,11 @@ TEST(MonitorAllocations, NoneInResetsAndTheCounterCounts) {
     monitor.advance(WheelCommand{1.0, 1.0}, 0.02);
     y.stamp = 0.02 * k;
     monitor.check(y);
+    controller.observe(y);
+    controller.updateBelief();
     if (k == 50) monitor.restart();
-    if (k % 20 == 0) monitor.forgetEncoders();
-    if (k % 30 == 0) monitor.reset();
+    if (k % 20 == 0) monitor.forgetEncoders(), controller.resetMotion();
+    if (k % 30 == 0) monitor.reset(), controller.reset();
   }
   EXPECT_EQ(allocations, before);
   delete new volatile int(1);

@@ -7,18 +7,21 @@
 /// A drive train runs through the commands for each lag and each share lambda of the acceleration limit of a grid
 /// (drive_train_fit.hpp). With the measurements so far, for each of them and each dead time, the free energy is
 ///
-///     F(delta, T, lambda) = min over theta of   sum_k epsilon_k^2 / (2 n_0 sigma^2) + earlier motions + prior
+///     F(delta, T, lambda) = min over theta of   sum_k w_k epsilon_k^2 / (2 n_0 sigma^2) + earlier motions + prior
 ///
-/// with the gain share gamma and offset o in theta, and the least mean square sigma^2 of the residuals epsilon. n_0
-/// measurements count as one, because the residuals are not white noise. The prior has the configured or restored
-/// values as its mean. A paraboloid through the least F in (delta, ln T) and its neighbours gives both and their
-/// covariance. The model takes over what is significant: dead time and gain in the middle of a motion too, the lag at
-/// its end. A motion ends when the commands have been constant for long; constant commands change nothing. An earlier
-/// motion has 0.7 of the weight of the next. One that no drive train explains is ignored. A turn counts for the dead
-/// time alone, because there the integral of the motor's velocity loop first has to carry the ground's torque.
+/// with the gain share gamma and offset o in theta, and the least mean square sigma^2 of the residuals epsilon. A
+/// measurement errs by the change of the speed y in the jitter sigma_t of its time: w = 1/(1 + (sigma_t dy/dt)^2 /
+/// Sigma_y). n_0 measurements count as one, because the residuals are not white noise. The prior has the configured or
+/// restored values as its mean.
+///
+/// A paraboloid through the least F in (delta, ln T) and its neighbours gives both and their covariance. The model
+/// takes over what is significant: dead time and gain in the middle of a motion too, the lag at its end. A motion ends
+/// when the commands have been constant for long; constant commands change nothing. An earlier motion has 0.9 of the
+/// weight of the next. One that no drive train explains is ignored. A turn counts for the dead time alone, because
+/// there the integral of the motor's velocity loop first has to carry the ground's torque.
 ///
 /// The acceleration limit of a robot without identification opens: once the evidence is that the wheels follow the
-/// present limit and not a share of it, twice the limit is tried, up to the first that the motors cannot follow. It
+/// present limit and not 0.63 of it, twice the limit is tried, up to the first that the motors cannot follow. It
 /// does not fall below half of the configured limit.
 
 #include <array>
