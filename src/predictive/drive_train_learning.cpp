@@ -33,8 +33,9 @@ constexpr double kModelError = 0.02;                          // of any model, r
 constexpr double kUnexplained = 0.1;                          // the same, above which a motion has another cause
 constexpr double kNoise = 2.0;                                // deviations of the encoders, which nothing explains
 // Least relevant changes.
-constexpr double kLeastChange = 0.005;                                     // s, of the dead time or the lag
-constexpr double kLeastGainChange = 0.02;                                  // of gamma
+constexpr double kLeastChange = 0.005;     // s, of the dead time, or of it and the lag together
+constexpr double kLeastLagChange = 0.01;   // s
+constexpr double kLeastGainChange = 0.03;  // of gamma
 constexpr double kSureOdds = 0.5 * thresholds::kSure * thresholds::kSure;  // difference of F that chance does not reach
 
 // Acceleration limit of a robot without identification.
@@ -318,15 +319,19 @@ bool DriveTrainLearning::takeOver(bool ended) {
   const Eigen::Vector2d away((timing_.dead_time - found.dead_time) / kSpacing,
                              indexOf(timing_.lag) - indexOf(found.lag));
   const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
-  const bool relevant = std::max({std::abs(later), std::abs(slower), std::abs(later + slower)}) > kLeastChange;
+  const bool relevant =
+      std::max(std::abs(later), std::abs(later + slower)) > kLeastChange || std::abs(slower) > kLeastLagChange;
+  if (!relevant || 0.5 * away.dot(H * away) < kSureOdds) found = timing_;
   const Minimum& best = minima_[static_cast<std::size_t>(lag)][static_cast<std::size_t>(late)];
-  const double stronger = std::abs(best.gain - timing_.gain_share);
-  const bool gain = stronger > std::max(kLeastGainChange, std::sqrt(2.0 * kSureOdds * best.gain_variance));
-  if (!gain && !(relevant && 0.5 * away.dot(H * away) > kSureOdds)) return false;
-  found.gain_share = best.gain;
-  for (DriveTrainFit& fit : fits_) fit.setGain(best.gain);
+  const double least_change = std::max(kLeastGainChange, std::sqrt(2.0 * kSureOdds * best.gain_variance));
+  if (std::abs(best.gain - timing_.gain_share) > least_change) {
+    found.gain_share = best.gain;
+    for (DriveTrainFit& fit : fits_) fit.setGain(best.gain);
+  }
+  const bool changed =
+      found.dead_time != timing_.dead_time || found.lag != timing_.lag || found.gain_share != timing_.gain_share;
   timing_ = found;
-  return true;
+  return changed;
 }
 
 /// Tries a higher acceleration limit once the wheels follow the present one and not clearly less. True if it changed.
