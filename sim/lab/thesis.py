@@ -23,7 +23,10 @@ LEAST, MOST = 1e-5, 1e3  # of that search
 
 def table(name):
     """A table as printed (sim/thesis/tables.yaml)."""
-    return next(found for found in engine.read_yaml('sim/thesis/tables.yaml')['tables'] if found['table'] == name)
+    tables = {found['table']: found for found in engine.read_yaml('sim/thesis/tables.yaml')['tables']}
+    if name not in tables:
+        raise ValueError("table = '{}': unknown; known: {}".format(name, ', '.join(tables)))
+    return tables[name]
 
 
 def steps(name):
