@@ -182,11 +182,7 @@ bool DriveTrainLearning::endMotion() {
     const double share = weight();
     for (std::size_t i = 0; turn && i < turns_memory_.size(); ++i) {
       double least = HUGE_VAL;
-      for (const DriveTrainFit& fit : fits_) {
-        DriveTrainSums sums;
-        sums.add(fit.present[i], share);
-        least = std::min(least, minimum(sums).free_energy);
-      }
+      for (const DriveTrainFit& fit : fits_) least = std::min(least, presentEnergy(fit, i));
       turns_memory_[i] = kMemory * (turns_memory_[i] + least);
     }
     for (DriveTrainFit& fit : fits_) {
@@ -229,6 +225,13 @@ DriveTrainLearning::Minimum DriveTrainLearning::minimum(const DriveTrainSums& su
   return {0.5 * (squares + change.dot(C * change) - 2.0 * change.dot(slope)), gain + change(0), covariance(0, 0)};
 }
 
+/// F of the present motion alone, without a prior of delta, T and lambda.
+double DriveTrainLearning::presentEnergy(const DriveTrainFit& fit, std::size_t late) const {
+  DriveTrainSums sums;
+  sums.add(fit.present[late], weight());
+  return minimum(sums).free_energy;
+}
+
 /// F of every drive train.
 void DriveTrainLearning::compare() {
   const bool turn = turns();
@@ -236,11 +239,6 @@ void DriveTrainLearning::compare() {
   by_share_.fill(HUGE_VAL);
   std::array<double, kGrid> of_turn;  // F of the present turn
   of_turn.fill(turn ? HUGE_VAL : 0.0);
-  const auto ofPresent = [&](const DriveTrainFit& fit, std::size_t late) {
-    DriveTrainSums sums;
-    sums.add(fit.present[late], share);
-    return minimum(sums).free_energy;
-  };
   double least = HUGE_VAL, squares = 0.0;  // F with the present motion, and twice that of the motion alone
   for (int lag = 0; lag < kLags; ++lag) {
     const double slower = (lag - indexOf(expected_.lag)) * std::log(kLagRatio) / kLogLagDeviation;
@@ -259,10 +257,10 @@ void DriveTrainLearning::compare() {
         of_share = std::min(of_share, found.free_energy);
         if (found.free_energy < least) {
           least = found.free_energy;
-          squares = 2.0 * ofPresent(fit, i);
+          squares = 2.0 * presentEnergy(fit, i);
         }
         if (turn) {
-          of_turn[i] = std::min(of_turn[i], ofPresent(fit, i));
+          of_turn[i] = std::min(of_turn[i], presentEnergy(fit, i));
           found = minimum(fit.memory[i]);
           found.free_energy += prior;
         }

@@ -66,8 +66,6 @@ class DriveTrainFit {
   /// Adds filtered measured speeds y [rad/s]. @param weight of each; @param part elapsed part of the next step.
   void observe(const WheelVector& filtered, const WheelVector& weight, double part);
 
-  double limit() const { return limit_; }  ///< [rad/s^2]
-
   Sums present;  ///< over the measurements of the present motion
   Sums memory;   ///< of earlier motions, each over its variance
 

@@ -111,6 +111,7 @@ class DriveTrainLearning {
   bool explained() const;
   double weight() const;
   Minimum minimum(const DriveTrainSums& sums) const;
+  double presentEnergy(const DriveTrainFit& fit, std::size_t late) const;
   void compare();
   bool takeOver(bool ended);
   bool raiseLimit();
