@@ -3,8 +3,8 @@
 
 readonly COMMON_PACKAGES=(cmake g++ make pkg-config python3 libbenchmark-dev libboost-program-options-dev
   libeigen3-dev libfmt-dev libgmock-dev libgtest-dev libode-dev liburdfdom-dev libyaml-cpp-dev
-  pybind11-dev python3-dev python3-jinja2 python3-matplotlib python3-numpy python3-scipy python3-setuptools python3-tqdm
-  python3-yaml)
+  pybind11-dev python3-dev python3-jinja2 python3-matplotlib python3-numpy python3-pandas python3-scipy python3-setuptools
+  python3-tqdm python3-yaml)
 
 # ROS 1 as Debian 11 and 12 ship it, under /usr. rostopic and rosservice need the python3-*-msgs.
 readonly DEBIAN_ROS_PACKAGES=(catkin ros-core ros-core-dev rosbash python3-rostest ros-robot-state-publisher

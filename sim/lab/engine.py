@@ -1,9 +1,6 @@
 """Drives of a study: one simulated drive is one row of its table. Rows are computed by all cores and written as CSV."""
 
-import csv
 import functools
-import io
-import math
 import multiprocessing
 import os
 import pathlib
@@ -12,6 +9,7 @@ import sys
 
 import jackal_aic
 import numpy
+import pandas
 import tqdm
 import yaml
 
@@ -113,42 +111,29 @@ def result(robot, controller, motion, overrides=None, as_printed=False, label=''
 
 # ---- files
 
-def number(value):
-    """A number with six digits; nothing for None."""
-    if value is None or isinstance(value, str):
-        return value or ''
-    if not math.isfinite(value):
-        return 'nan'
-    return '{:.6g}'.format(value + 0.0)
+def frame(rows, columns=COLUMNS):
+    """Rows, which are dicts, as a table of some columns; truth values are 0 and 1."""
+    table = pandas.DataFrame(rows, columns=list(columns))
+    return table.astype({name: int for name in table.select_dtypes(bool)})
 
 
-def text_of(columns, rows):
-    """Rows of cells as CSV."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator='\n')
-    writer.writerow(columns)
-    writer.writerows(rows)
-    return out.getvalue()
+def csv_text(table):
+    """A table as CSV, numbers with six digits."""
+    return table.to_csv(index=False, float_format='%.6g')
 
 
-def table_text(rows, columns=COLUMNS):
-    return text_of(columns, ([number(row.get(column)) for column in columns] for row in rows))
+def shown(table):
+    """A table as text for a terminal, without the columns that are empty."""
+    filled = table.replace('', numpy.nan).dropna(axis='columns', how='all')
+    return filled.fillna('').to_string(index=False, float_format='{:.6g}'.format)
 
 
-def aligned(lines, left=None):
-    """Lines of cells as columns of text; those from `left` on are right-aligned."""
-    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
-    return '\n'.join('  '.join(cell.ljust(width) if left is None or i < left else cell.rjust(width)
-                               for i, (cell, width) in enumerate(zip(line, widths))).rstrip() for line in lines)
-
-
-def trace_rows(run, label, drive):
-    """A line each 10 ms."""
+def trace(run, label, drive):
+    """A table with a row each 10 ms."""
     due = numpy.flatnonzero(numpy.diff(numpy.floor((drive.time + 0.5 * motions.TICK) / TRACE_STEP), prepend=-1.0))
-    values = numpy.column_stack([one[due] for one in (
-        drive.time, drive.set_speed, drive.speed, drive.measured_speed, drive.believed_speed, drive.set_yaw_rate, drive.yaw_rate,
-        drive.measured_yaw_rate, drive.believed_yaw_rate, drive.command_left, drive.command_right)]) + 0.0
-    return [[str(run), label, *map('{:.6g}'.format, row)] for row in numpy.where(numpy.isfinite(values), values, numpy.nan).tolist()]
+    values = (drive.time, drive.set_speed, drive.speed, drive.measured_speed, drive.believed_speed, drive.set_yaw_rate, drive.yaw_rate,
+              drive.measured_yaw_rate, drive.believed_yaw_rate, drive.command_left, drive.command_right)
+    return pandas.DataFrame(dict(zip(TRACE_COLUMNS, (run, label, *(one[due] for one in values)))))
 
 
 def directory(path):
@@ -162,7 +147,7 @@ def directory(path):
 
 def save(out, name, rows, columns):
     """Writes rows, which are dicts, as a CSV file into a directory."""
-    write(directory(out) / name, table_text(rows, columns))
+    write(directory(out) / name, csv_text(frame(rows, columns)))
 
 
 def write(path, text):

@@ -342,10 +342,6 @@ COLUMNS = ('recording', 'model', 'duration_s', 'samples', 'gyro', 'false_alarms'
            'best_constant_radps', 'ratio')
 
 
-def _decimals(value):
-    return '-' if value is None else '{:.3f}'.format(value)
-
-
 def row(item):
     """A row of the table with its figures."""
     path, identified = item
@@ -353,23 +349,22 @@ def row(item):
     figures = replay(recording, fit_path(recording), identified)
     told = figures['reversed_told']
     gyro = 'none' if not recording.has_imu else 'as the wheels' if told is None else 'reversed, found after {:.0f} s'.format(told)
-    cells = (recording.name, 'refused' if figures['refusal'] else figures['model'], '{:.0f}'.format(figures['duration']),
-             str(figures['samples']), gyro, str(len(figures['alarms'])), '{:.2f}'.format(100.0 * figures['alarmed']),
-             _decimals(figures['yaw_error']), _decimals(figures['constant_error']), _decimals(ratio(figures)))
-    return cells, figures
+    cells = (recording.name, 'refused' if figures['refusal'] else figures['model'], round(figures['duration']), figures['samples'], gyro,
+             len(figures['alarms']), *(None if value is None else round(value, digits) for value, digits in (
+                 (100.0 * figures['alarmed'], 2), (figures['yaw_error'], 3), (figures['constant_error'], 3), (ratio(figures), 3))))
+    return dict(zip(COLUMNS, cells)), figures
 
 
 def write(directory, csv_file=None, jobs=0):
     """Prints the table, the alarms and their sum, and writes the table."""
     rows = engine.parallel(row, [(path, identified) for path in paths(directory) for identified in (False, True)], jobs, 'recordings')
-    print(engine.aligned([COLUMNS] + [cells for cells, _ in rows]))
+    table = engine.frame([found for found, _ in rows], COLUMNS)
+    print(engine.shown(table))
     for _, figures in rows:
         if figures['refusal']:
             print('{recording}: not identified: {refusal}'.format(**figures))
         for time, reason in figures['alarms']:
             print('{}, {}: {:.2f} s: {}'.format(figures['recording'], figures['model'], time, reason))
     if csv_file:
-        engine.write(csv_file, engine.text_of(COLUMNS, [cells for cells, _ in rows]))
-    ratios = [ratio(figures) for _, figures in rows if ratio(figures) is not None]
-    print('false alarms: {}; yaw error / best constant: worst {}'.format(
-        sum(len(figures['alarms']) for _, figures in rows), _decimals(max(ratios) if ratios else None)))
+        engine.write(csv_file, engine.csv_text(table))
+    print('false alarms: {}; yaw error / best constant: worst {:.3f}'.format(table['false_alarms'].sum(), table['ratio'].astype(float).max()))

@@ -6,6 +6,7 @@ import math
 import types
 
 import numpy
+import pandas
 
 import engine
 import kalman
@@ -237,27 +238,27 @@ def runs(node):
 
 
 def numbered(item):
-    """Runs one drive of a campaign: its row, and the lines of its trace."""
+    """Runs one drive of a campaign: its row, and its trace if it is no search."""
     name, index, run = item
     row, drive = run()
     row['experiment'] = name
-    return row, engine.trace_rows(index, row.get('label', ''), drive) if drive is not None else []
+    return row, engine.trace(index, row.get('label', ''), drive) if drive is not None else None
 
 
-def rows(node, jobs=0):
-    """The rows of an experiment, as dicts; for pandas.DataFrame()."""
-    items = [(node['name'], index, run) for index, run in enumerate(runs(node))]
-    return [row for row, _ in engine.parallel(numbered, items, jobs, node['name'])]
+def results(name, jobs=0):
+    """The results of an experiment as a table (pandas.DataFrame)."""
+    items = [(name, index, run) for index, run in enumerate(runs(experiment(name)))]
+    return engine.frame([row for row, _ in engine.parallel(numbered, items, jobs, name)])
 
 
 def run(names, out, jobs=0):
     """Runs experiments and writes NAME.csv and NAME_traces.csv into a directory."""
     out = engine.directory(out)
     items = [(name, index, found) for name in names for index, found in enumerate(runs(experiment(name)))]
-    results = engine.parallel(numbered, items, jobs, 'experiments')
+    found = engine.parallel(numbered, items, jobs, 'experiments')
     for name in names:
-        mine = [result for item, result in zip(items, results) if item[0] == name]
-        engine.write(out / (name + '.csv'), engine.table_text([row for row, _ in mine]))
-        engine.write(out / (name + '_traces.csv'),
-                     engine.text_of(engine.TRACE_COLUMNS, [line for _, lines in mine for line in lines]))
-    return [row for row, _ in results]
+        rows, traces = zip(*(result for item, result in zip(items, found) if item[0] == name))
+        none = pandas.DataFrame(columns=engine.TRACE_COLUMNS)
+        engine.write(out / (name + '.csv'), engine.csv_text(engine.frame(rows)))
+        engine.write(out / (name + '_traces.csv'), engine.csv_text(pandas.concat([none, *traces])))
+    return engine.frame([row for row, _ in found])

@@ -114,7 +114,7 @@ def model_stays_stable(results):
 
 def action_trails(results):
     run = results.runs['figure_4-5'][0]
-    first = [run.trace['time_s'][run.trace[column] != 0.0][0] for column in ('belief_mps', 'velocity_mps')]
+    first = [run.trace['time_s'][run.trace[column] != 0.0].iloc[0] for column in ('belief_mps', 'velocity_mps')]
     return Verdict(math.isclose(first[1] - first[0], 0.1, abs_tol=1e-6),
                    f'belief moves at {first[0] - 0.5:.1f} s, action at {first[1] - 0.5:.1f} s after the step')
 
@@ -225,7 +225,7 @@ def beliefs_overshoot(results):
 def noise(results, column):
     """Standard deviation of a signal at the end of Table 5-2's step to 0.5 m/s, at 50, 100 and 1000 Hz, in thousandths of its unit."""
     runs = [pick(results.comparable('table_5-2'), step_mps=0.5, belief_hz=rate) for rate in (50.0, 100.0, 1000.0)]
-    return [1e3 * run.trace[column][-100:].std() for run in runs]
+    return [1e3 * run.trace[column][-100:].std(ddof=0) for run in runs]
 
 
 def rate_filters_noise(results):

@@ -13,9 +13,10 @@ import matplotlib
 
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402
+import pandas  # noqa: E402
 
 from markup import fixed  # noqa: E402
-from results import engine, read_rows  # noqa: E402
+from results import engine, read, rows_of  # noqa: E402
 
 # Okabe and Ito's palette: distinct for every kind of colour vision.
 BLACK, BLUE, VERMILION = '#000000', '#0072B2', '#D55E00'
@@ -30,12 +31,12 @@ TABLES = {'steady_error_pct': ('Steady-state error, % of the set point', 1, True
 
 def table(metrics, column, digits, sign, controllers):
     """One line per robot and step, one column per controller."""
-    lines = [['robot', 'step', *controllers]]
+    lines = []
     for robot in ROBOTS:
-        for rows in zip(*(metrics[robot, controller] for controller in controllers)):
-            lines.append([robot, rows[0]['step']] + ['unstable' if row['bounded'] != '1' else fixed(float(row[column]), digits, sign) if row[column]
-                                                     else 'never' for row in rows])
-    return '  ' + engine.aligned(lines, 2).replace('\n', '\n  ')
+        for rows in zip(*(rows_of(metrics[robot, controller]) for controller in controllers)):
+            cells = ['unstable' if not row['bounded'] else 'never' if row[column] is None else fixed(row[column], digits, sign) for row in rows]
+            lines.append(dict(zip(['robot', 'step', *controllers], [robot, rows[0]['step'], *cells])))
+    return engine.shown(pandas.DataFrame(lines))
 
 
 def draw(path, responses, metrics):
@@ -45,10 +46,10 @@ def draw(path, responses, metrics):
         height, unit = float(name.split()[0]), name.split()[1]
         axes.axhline(height, color=BLACK, lw=1.2, ls='--')
         for controller, (label, colour) in LINES.items():
-            step = next(row for row in metrics[robot, controller] if row['step'] == name)
-            begin, end, error = (float(step[column]) for column in ('begin_s', 'end_s', 'steady_error_pct'))
-            rows = [row for row in responses[robot, controller] if begin - 0.25 <= float(row['time']) <= min(end, begin + 2.5)]
-            axes.plot([float(row['time']) - begin for row in rows], [float(row[signal] or 'nan') for row in rows], color=colour, lw=2.5)
+            begin, end, error = metrics[robot, controller].set_index('step').loc[name, ['begin_s', 'end_s', 'steady_error_pct']]
+            response = responses[robot, controller]
+            drawn = response[response['time'].between(begin - 0.25, min(end, begin + 2.5))]
+            axes.plot(drawn['time'] - begin, drawn[signal], color=colour, lw=2.5)
             axes.annotate(f'{label}\n{fixed(error, 1, True)} %', (1.02, height * (1.0 + error / 100.0)), color=colour, va='center',
                           xycoords=('axes fraction', 'data'), fontsize=11, fontweight='bold', annotation_clip=False)
         axes.set_title(f'Asked for {name}' + (' (turn)' if unit == 'rad/s' else ''), loc='left', fontsize=13, fontweight='bold')
@@ -64,7 +65,7 @@ def draw(path, responses, metrics):
 
 
 def main(recordings, picture, controllers):
-    responses, metrics = ({(robot, name): read_rows(recordings / robot / name / file) for robot in ROBOTS for name in controllers}
+    responses, metrics = ({(robot, name): read(recordings / robot / name / file) for robot in ROBOTS for name in controllers}
                           for file in ('response.csv', 'metrics.csv'))
     draw(picture, responses, metrics)
     for column, (heading, digits, sign) in TABLES.items():

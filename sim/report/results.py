@@ -1,11 +1,10 @@
 """Data of the report: the thesis' tables, the table of experiments and the CSV files of the experiments."""
 
-import csv
 import math
 import pathlib
 import sys
 
-import numpy
+import pandas
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'lab'))
 import engine  # noqa: E402
@@ -16,39 +15,33 @@ from motions import REST  # noqa: E402, F401
 CONDITIONS = ('controller', 'plant', 'step_mps', 'step_radps', 'belief_hz', 'action_hz', 'tau', 'kappa_mu', 'kappa_a', 'orders')
 
 
-def lines_of(path):
-    """Lines of a CSV file. Raises ValueError if it is missing."""
+def read(path):
+    """The table of a CSV file, with numbers as float. Raises ValueError if the file is missing."""
     try:
-        with open(path, newline='') as file:
-            return list(csv.reader(file))
+        table = pandas.read_csv(path)
     except OSError as error:
         raise ValueError(f'{path}: {error.strerror}; run the experiments first') from error
+    return table.astype({name: float for name in table.select_dtypes('number')})
 
 
-def read_rows(path):
-    columns, *lines = lines_of(path)
-    return [dict(zip(columns, line)) for line in lines]
+def rows_of(table):
+    """Rows of a table as dicts; None where a cell is empty."""
+    return table.astype(object).where(table.notna(), None).to_dict('records')
 
 
 class Run:
     """One row of a result table, with the columns of its trace."""
 
-    def __init__(self, row):
-        self.row, self.label, self.trace = row, row['label'], {}
+    def __init__(self, row, trace):
+        self.row, self.label, self.trace = row, row['label'] or '', trace
 
     def __getitem__(self, column):
-        """A column: a number where it is one, else the text, None where it is empty."""
-        text = self.row[column]
-        if column == 'label':
-            return text
-        try:
-            return float(text)
-        except ValueError:
-            return text or None
+        """A number or a text; None where the cell is empty."""
+        return self.row[column]
 
     @property
     def bounded(self):
-        return self.row['bounded'] == '1'
+        return bool(self.row['bounded'])
 
     def conditions(self):
         return tuple(self.row[name] for name in CONDITIONS) + (self.label,)
@@ -56,8 +49,8 @@ class Run:
     def series(self, column, start=0.0):
         """Times since `start` and values of a column of the trace; for the command the mean of both wheels."""
         if column == 'command':
-            return self.trace['time_s'] - start, 0.5 * (self.trace['command_left_radps'] + self.trace['command_right_radps'])
-        return self.trace['time_s'] - start, self.trace[column]
+            return (self.trace['time_s'] - start).values, self.trace[['command_left_radps', 'command_right_radps']].mean(axis=1).values
+        return (self.trace['time_s'] - start).values, self.trace[column].values
 
     def errors(self):
         """(name, ln(ours/thesis)) for settling and rise, where the thesis prints a number; 2 if we have none, as in the fit."""
@@ -86,14 +79,9 @@ class Results:
         self.runs = {name: self._read(name) for name in self.experiments}
 
     def _read(self, name):
-        runs = [Run(row) for row in read_rows(self.directory / f'{name}.csv')]
-        columns, *lines = lines_of(self.directory / f'{name}_traces.csv')
-        parts = [[] for _ in runs]
-        for number, _, *cells in lines:  # the second column is the label
-            parts[int(number)].append([float(cell or 'nan') for cell in cells])
-        for run, part in zip(runs, parts):
-            run.trace = dict(zip(columns[2:], numpy.array(part).reshape(-1, len(columns) - 2).T))
-        return runs
+        rows, traces = (read(self.directory / f'{name}{suffix}.csv') for suffix in ('', '_traces'))
+        parts = dict(list(traces.groupby('run')))
+        return [Run(row, parts.get(number)) for number, row in enumerate(rows_of(rows))]
 
     def config(self, name):
         """A file of config/."""
