@@ -104,8 +104,8 @@ void DriveTrainLearning::resetMotion() {
     fit.restart(resting_);
     fit.present.fill({});
   }
-  before_ = resting_;
-  samples_ = motion_ = lasted_ = turn_ = straight_ = 0.0;
+  beginMotion();
+  samples_ = motion_ = lasted_ = 0.0;
   variance_ = wheel_variance_;
 }
 
@@ -132,6 +132,12 @@ void DriveTrainLearning::watch(const WheelVector& given) {
   straight_ = std::max(straight_, std::abs(change(1) + change(0)));
 }
 
+/// What the wheels do from here on is another motion: whether it is a turn is seen anew.
+void DriveTrainLearning::beginMotion() {
+  before_ = resting_;
+  turn_ = straight_ = 0.0;
+}
+
 bool DriveTrainLearning::turns() const { return turn_ > kTurn * (turn_ + straight_); }
 
 std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& measured, double step) {
@@ -147,8 +153,7 @@ std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& m
   if (stands) unknown_ = std::min(unknown_, 0.0);
   if (settled_ > kSettled + timing_.dead_time) {
     const bool changed = samples_ > 0.0 && endMotion();
-    before_ = resting_;
-    turn_ = straight_ = 0.0;
+    beginMotion();
     moving_ = false;
     return changed ? std::optional(timing_) : std::nullopt;
   }
@@ -160,7 +165,10 @@ std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& m
   count();
   bool changed = takeOver(false);
   changed = raiseLimit() || changed;
-  changed = (lasted_ > kLongest && endMotion()) || changed;
+  if (lasted_ > kLongest) {
+    changed = endMotion() || changed;
+    beginMotion();
+  }
   return changed ? std::optional(timing_) : std::nullopt;
 }
 

@@ -106,6 +106,7 @@ class DriveTrainLearning {
   double limit(int run) const;
   void watch(const WheelVector& given);
   void count();
+  void beginMotion();
   bool endMotion();
   bool turns() const;
   bool explained() const;
