@@ -131,7 +131,7 @@ class Launch(unittest.TestCase):
     def test_records_the_excitation_in_a_namespace_into_any_path(self):
         """The command that it shows in the end is the one that works, and its result one that drives."""
         self.write("my father's drive.bag", 'an earlier drive')
-        plant = self.write('plant.yaml', (CONFIG / 'plant.yaml').read_text() + 'real_time_factor: 2.0\n')
+        plant = self.write('plant.yaml', (CONFIG / 'plant.yaml').read_text() + 'real_time_factor: 1.0\n')
         self.roslaunch('identify.launch simulated:=true countdown:=0 plant:={} bag:="my father\'s drive.bag"'.format(plant), '/robot1')
         self.assertRegex(self.log, 'Next:\n +rosrun jackal_aic identify ')
         self.bash(re.search('Next:\n +(rosrun jackal_aic identify .*)\n', self.log).group(1))
