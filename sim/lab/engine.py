@@ -27,6 +27,7 @@ COLUMNS = ('experiment', 'controller', 'plant', 'step_mps', 'step_radps', 'belie
 TRACE_COLUMNS = ('run', 'label', 'time_s', 'set_point_mps', 'velocity_mps', 'measured_mps', 'belief_mps', 'set_point_radps',
                  'yaw_rate_radps', 'measured_radps', 'belief_radps', 'command_left_radps', 'command_right_radps')
 TRACE_STEP = 0.01  # s
+SIX_DIGITS = '{:.6g}'
 
 
 @functools.lru_cache(maxsize=None)
@@ -122,10 +123,14 @@ def csv_text(table):
     return table.to_csv(index=False, float_format='%.6g')
 
 
+def filled(table):
+    """A table without the columns that are empty."""
+    return table.replace('', numpy.nan).dropna(axis='columns', how='all')
+
+
 def shown(table):
-    """A table as text for a terminal, without the columns that are empty."""
-    filled = table.replace('', numpy.nan).dropna(axis='columns', how='all')
-    return filled.fillna('').to_string(index=False, float_format='{:.6g}'.format)
+    """The filled columns of a table as text for a terminal."""
+    return filled(table).fillna('').to_string(index=False, float_format=SIX_DIGITS.format)
 
 
 def trace(run, label, drive):

@@ -367,4 +367,6 @@ def write(directory, csv_file=None, jobs=0):
             print('{}, {}: {:.2f} s: {}'.format(figures['recording'], figures['model'], time, reason))
     if csv_file:
         engine.write(csv_file, engine.csv_text(table))
-    print('false alarms: {}; yaw error / best constant: worst {:.3f}'.format(table['false_alarms'].sum(), table['ratio'].astype(float).max()))
+    worst = table['ratio'].astype(float).max()  # NaN without a gyro
+    print('false alarms: {}; yaw error / best constant: worst {}'.format(
+        table['false_alarms'].sum(), '-' if math.isnan(worst) else '{:.3f}'.format(worst)))

@@ -258,7 +258,7 @@ def run(names, out, jobs=0):
     found = engine.parallel(numbered, items, jobs, 'experiments')
     for name in names:
         rows, traces = zip(*(result for item, result in zip(items, found) if item[0] == name))
-        none = pandas.DataFrame(columns=engine.TRACE_COLUMNS)
+        driven = [trace for trace in traces if trace is not None] or [pandas.DataFrame(columns=engine.TRACE_COLUMNS)]
         engine.write(out / (name + '.csv'), engine.csv_text(engine.frame(rows)))
-        engine.write(out / (name + '_traces.csv'), engine.csv_text(pandas.concat([none, *traces])))
+        engine.write(out / (name + '_traces.csv'), engine.csv_text(pandas.concat(driven)))
     return engine.frame([row for row, _ in found])
