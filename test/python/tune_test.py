@@ -92,8 +92,9 @@ class Tune(unittest.TestCase):
                       'The tuned gains settle at 0.5 m/s in 0.', 'pass every trial; the gains at the start take 0.60 s.', 'Wrote ' + self.out):
             self.assertIn(words, said)
         text = pathlib.Path(self.out).read_text()
-        for words in ('# Gains that `tune` found', 'encoder steps up to 0.1 rad/s', '# tuned  plant_box ', 'orders: 1', 'belief_rate: 1000.0'):
+        for words in ('# Gains that `tune` found', 'encoder steps up to 0.1 rad/s', 'orders: 1', 'belief_rate: 1000.0'):
             self.assertIn(words, text)
+        self.assertRegex(text, '\n# tuned +plant_box +0')
         self.assertEqual(jackal_aic.Parameters(self.out, 'box')['controller.orders'], 1)
         settling = [engine.drive('box', preset, engine.motions.stop(0.5, 0.0, 4.0, 3.0), {'loop.phase': 0.019}).settling_time() for preset in (
             self.out, 'improved')]
