@@ -1,25 +1,29 @@
 #include "jackal_aic/safety/loss_policy.hpp"
 
+#include <cstddef>
+
+#include "jackal_aic/safety/stop_cause.hpp"
+
 namespace jackal_aic {
 
 const char* text(Loss loss) {
-  switch (loss) {
-    case Loss::none:
-      return "";
-    case Loss::yaw_rate:
-      return "yaw rate lost";
-    case Loss::left_encoder:
-      return "left encoder lost";
-    case Loss::right_encoder:
-      return "right encoder lost";
-    case Loss::encoder_and_yaw_rate:
-      return "encoder and yaw rate lost";
-    case Loss::both_encoders:
-      return "both encoders lost";
-    case Loss::unclear:
-      return "too few channels count";
+  static constexpr const char* kTexts[] = {"",
+                                           "yaw rate lost",
+                                           "left encoder lost",
+                                           "right encoder lost",
+                                           "encoder and yaw rate lost",
+                                           "both encoders lost",
+                                           "too few channels count"};
+  return kTexts[static_cast<std::size_t>(loss)];
+}
+
+const char* remedy(Loss loss) {
+  if (loss == Loss::none) return "";
+  if (loss == Loss::yaw_rate) return remedy(StopCause::imu_missing);
+  if (loss == Loss::encoder_and_yaw_rate || loss == Loss::unclear) {
+    return "Check the sensors and their drivers (joint_states, imu/data)";
   }
-  return "";
+  return remedy(StopCause::wheels_missing);
 }
 
 LossDecision decideOnLoss(const LossPolicyParameters& policy, LossTolerance tolerance, const ChannelValidity& valid,

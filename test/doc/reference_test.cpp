@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "../repository.hpp"
-#include "jackal_aic/safety/remedy.hpp"
 #include "jackal_aic/safety/stop_cause.hpp"
 #include "parameters/node_parameters.hpp"
 #include "plant_parameters.hpp"

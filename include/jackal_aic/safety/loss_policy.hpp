@@ -57,6 +57,9 @@ enum class Loss {
 /// Text for people; empty for `none`.
 const char* text(Loss loss);
 
+/// What to do about it; empty for `none`.
+const char* remedy(Loss loss);
+
 /// Decision with what is lost.
 struct LossDecision {
   LossAction action = LossAction::drive;  ///< what to do

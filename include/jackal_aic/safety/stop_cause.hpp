@@ -56,6 +56,9 @@ Severity severity(StopCause cause);
 /// Text for people; empty for `none`.
 const char* text(StopCause cause);
 
+/// What to do about it: the second sentence of a log line; empty for `none`, and if the text says it.
+const char* remedy(StopCause cause);
+
 /// Causes that are present.
 class StopCauses {
  public:

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "jackal_aic/safety/remedy.hpp"
 
 namespace jackal_aic {
 namespace {
