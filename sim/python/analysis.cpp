@@ -93,7 +93,7 @@ void bindCertificate(py::module& m) {
           "stable", [](const CertificateWithAdvice& c) { return c.stable(); },
           "The verdict: belief and loop are stable.")
       .def_readonly("belief_spectral_radius", &CertificateWithAdvice::belief_spectral_radius, "Of the belief alone.")
-      .def_readonly("loop_spectral_radius", &CertificateWithAdvice::loop_spectral_radius,
+      .def_readonly("loop_spectral_radius", &CertificateWithAdvice::spectral_radius,
                     "Of the closed loop over one common period.")
       .def_readonly("period", &CertificateWithAdvice::period, "Common period of sensor, belief and action [s].")
       .def_readonly("gain_margin", &CertificateWithAdvice::gain_margin,
@@ -103,7 +103,7 @@ void bindCertificate(py::module& m) {
       .def_readonly("advice", &CertificateWithAdvice::advice, "What it means, and what to change.")
       .def("__repr__", [](const CertificateWithAdvice& c) {
         return fmt::format("<Certificate {}, spectral radius {:.4f}, gain margin {:.3g}, delay margin {:.3g} s>",
-                           c.stable() ? "stable" : "unstable", c.loop_spectral_radius, c.gain_margin, c.delay_margin);
+                           c.stable() ? "stable" : "unstable", c.spectral_radius, c.gain_margin, c.delay_margin);
       });
   m.def("certify", &certificateOf, py::arg("parameters"), py::arg("robot") = py::dict(),
         R"(Certifies a controller on its robot: spectral radii, margins, verdict.

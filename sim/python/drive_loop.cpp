@@ -6,7 +6,7 @@ namespace {
 
 /// A measurement whose wheels may repeat exactly, because no wheel positions are known.
 bool receive(DriveLoop& loop, const Observation& y, double now) {
-  SensorReading reading{y, FrozenSource::Sample::Zero(), true};
+  SensorReading reading{y, InputSource::Sample::Zero(), true};
   loop.receiveWheels(reading, now);
   if (y.valid.yaw_rate) {
     reading.sample.head<4>() << y.yaw_rate, y.acceleration_x, y.acceleration_y, y.acceleration_z.value_or(0.0);

@@ -81,7 +81,9 @@ WheelVector ActionBound::followable(const WheelVector& action, const WheelVector
   double largest_fall = std::numeric_limits<double>::infinity();
   if (stop) {
     const double moving = std::max(std::abs(wheels_[0].speed), std::abs(wheels_[1].speed));
-    largest_fall = std::max({thresholds::kRest, moving, action.cwiseAbs().maxCoeff()}) * period_ / kShortestStop;
+    // A motor with an integral in its velocity loop runs back after a faster fall.
+    const double fastest = std::max({thresholds::kRest, moving, action.cwiseAbs().maxCoeff()});
+    largest_fall = fastest * period_ / thresholds::kPatience;
   }
   double part = 1.0;
   for (int i = 0; i < 2; ++i) {

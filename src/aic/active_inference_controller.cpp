@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "jackal_aic/aic/sensor_reconstruction.hpp"
+#include <cmath>
+
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
@@ -75,7 +76,7 @@ WheelCommand ActiveInferenceController::updateAction() {
 }
 
 double ActiveInferenceController::largestCommand(bool set_point_is_zero) {
-  if (!standstill_) return Standstill::kUnbounded;
+  if (!standstill_) return HUGE_VAL;
   const GeneralizedSensor& y = measurement();
   return standstill_->largestCommand(set_point_is_zero, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep());
 }
@@ -101,6 +102,23 @@ void ActiveInferenceController::adoptGains(const ControllerParameters& controlle
   inference_ = adopted;
   parameters_ = controller;
   kinematics_ = SkidSteerKinematics(geometry);
+}
+
+std::optional<Observation> reconstructed(const Observation& observation, const SkidSteerKinematics& kinematics) {
+  const ChannelValidity& valid = observation.valid;
+  if (valid.yaw_rate + valid.wheel_left + valid.wheel_right < 2) return std::nullopt;
+  Observation complete = observation;
+  complete.valid = ChannelValidity{};
+  if (!valid.acceleration) complete.acceleration_x = complete.acceleration_y = 0.0;
+  const double difference = observation.yaw_rate / kinematics.yawPerDifference();  // omega_R - omega_L [rad/s]
+  if (!valid.yaw_rate) {
+    complete.yaw_rate = kinematics.bodyVelocity({observation.wheel_left, observation.wheel_right})(kYaw);
+  } else if (!valid.wheel_left) {
+    complete.wheel_left = observation.wheel_right - difference;
+  } else if (!valid.wheel_right) {
+    complete.wheel_right = observation.wheel_left + difference;
+  }
+  return complete;
 }
 
 bool ActiveInferenceController::setSetPoint(const SetPoint& set_point) {

@@ -8,69 +8,63 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kGainStep = 1.2;       // factor on the gain from one point of the walk to the next
-constexpr double kDelayStep = 0.25;     // action periods of extra dead time, at first
-constexpr double kDelayGrowth = 1.1;    // factor on that step from point to point, to reach long delays soon
-constexpr int kHalvings = 20;           // of the step in which the verdict changes
+constexpr double kStep = 1.1;           // factor from one point of a walk to the next
+constexpr double kDelayUnit = 2.5;      // action periods of extra dead time, by which delays are walked like gains
 constexpr int kMostExtraPeriods = 250;  // largest extra dead time [action periods]; it bounds the size of the map
 
-/// Last point before the verdict changes on the way from `start` along next(x) to `end`; `none` if it does not change.
-template <class Stable, class Next>
-double boundary(const Stable& stable, double start, double end, double none, const Next& next) {
-  const bool at_start = stable(start);
-  for (double before = start; before != end;) {
-    double after = end > start ? std::min(next(before), end) : std::max(next(before), end);
+/// Last factor at which a loop is as at 1, on the way from 1 up to `end`; infinite if the verdict does not change.
+template <class Stable>
+double boundary(const Stable& stable, double end) {
+  const bool at_start = stable(1.0);
+  for (double before = 1.0; before < end;) {
+    double after = std::min(kStep * before, end);
     if (stable(after) == at_start) {
       before = after;
       continue;
     }
-    for (int i = 0; i < kHalvings; ++i) {
+    for (int halving = 0; halving < 20; ++halving) {
       const double middle = 0.5 * (before + after);
       (stable(middle) == at_start ? before : after) = middle;
     }
     return before;
   }
-  return none;
+  return HUGE_VAL;
 }
 
-/// Factor on the gain at which the verdict changes on the way from 1 to `end`; `none` if it does not.
-template <class Stable>
-double gainBoundary(const Stable& stable, double end, double none) {
-  const double ratio = end > 1.0 ? kGainStep : 1.0 / kGainStep;
-  return boundary(stable, 1.0, end, none, [&](double factor) { return ratio * factor; });
-}
-
-/// Extra dead time [s] at which the verdict changes on the way from 0 to `end`; `end` if it does not.
-template <class Stable>
-double delayBoundary(const Stable& stable, double action_period, double end) {
-  const double stride = std::copysign(kDelayStep * action_period, end);
-  return boundary(stable, 0.0, end, end, [&](double extra) { return kDelayGrowth * extra + stride; });
-}
-
-ModeCertificate certifyMode(const LinearLoop& loop, LoopMode mode) {
+Margins marginsOf(const LinearLoop& loop, LoopMode mode) {
+  const auto at_gain = [&](double gain) { return loop.stable(mode, {gain, 0.0}); };
+  const double unit = kDelayUnit * loop.actionPeriod();
+  /// Extra dead time at which the verdict changes on the way to `end`; `end` if it does not.
+  const auto delayBoundary = [&](double end) {
+    const auto extra = [&](double factor) { return std::copysign((factor - 1.0) * unit, end); };
+    const auto at_delay = [&](double factor) { return loop.stable(mode, {1.0, extra(factor)}); };
+    const double found = boundary(at_delay, 1.0 + std::abs(end) / unit);
+    return std::isinf(found) ? end : extra(found);
+  };
   const SpectralRadius radius = loop.worstSpectralRadius(mode);
-  ModeCertificate certificate;
-  certificate.spectral_radius = radius.upper();
-  certificate.radius_uncertainty = 2.0 * radius.uncertainty;
-  const auto at_gain = [&](double factor) { return loop.stable(mode, {factor, 0.0}); };
-  const auto at_delay = [&](double extra) { return loop.stable(mode, {1.0, extra}); };
-  const double shorter = delayBoundary(at_delay, loop.actionPeriod(), -loop.robot().dead_time);
-  certificate.gain_reduction = gainBoundary(at_gain, 1.0 / kLargestGainMargin, 0.0);
+  Margins margins{radius.upper(), 2.0 * radius.uncertainty};
+  margins.gain_reduction = 1.0 / boundary([&](double factor) { return at_gain(1.0 / factor); }, kLargestGainMargin);
+  const double shorter = delayBoundary(-loop.robot().dead_time);
   if (radius.upper() < kStabilityLimit) {
-    certificate.gain_margin = gainBoundary(at_gain, kLargestGainMargin, kLargestGainMargin);
-    certificate.delay_margin = delayBoundary(at_delay, loop.actionPeriod(), largestDelayMargin(loop));
-    certificate.delay_reduction = std::abs(shorter);
+    margins.gain_margin = std::min(boundary(at_gain, kLargestGainMargin), kLargestGainMargin);
+    margins.delay_margin = delayBoundary(largestDelayMargin(loop));
+    margins.delay_reduction = std::abs(shorter);
   } else {
-    certificate.gain_margin = certificate.gain_reduction;
-    certificate.delay_margin = shorter;
+    margins.gain_margin = margins.gain_reduction;
+    margins.delay_margin = shorter;
   }
-  return certificate;
+  return margins;
 }
 
-/// The margins that are closer to the limit.
-Margins smaller(const Margins& a, const Margins& b) {
-  return {std::min(a.gain_margin, b.gain_margin), std::max(a.gain_reduction, b.gain_reduction),
-          std::min(a.delay_margin, b.delay_margin), std::min(a.delay_reduction, b.delay_reduction)};
+/// The larger radius, and the margins that are closer to the limit.
+Margins worse(const Margins& a, const Margins& b) {
+  const Margins& larger = b.spectral_radius > a.spectral_radius ? b : a;
+  return {larger.spectral_radius,
+          larger.radius_uncertainty,
+          std::min(a.gain_margin, b.gain_margin),
+          std::max(a.gain_reduction, b.gain_reduction),
+          std::min(a.delay_margin, b.delay_margin),
+          std::min(a.delay_reduction, b.delay_reduction)};
 }
 
 /// A margin in words: "more than" if the search ended at its bound.
@@ -80,7 +74,7 @@ std::string atLeast(double value, double bound) {
 
 std::string instability(const Certificate& certificate) {
   const bool belief = certificate.belief_spectral_radius >= kStabilityLimit;
-  const double radius = belief ? certificate.belief_spectral_radius : certificate.loop_spectral_radius;
+  const double radius = belief ? certificate.belief_spectral_radius : certificate.spectral_radius;
   if (!belief && radius - certificate.radius_uncertainty < kStabilityLimit) {
     return fmt::format("the closed loop is at the limit of stability: spectral radius 1 within {:.3g}",
                        certificate.radius_uncertainty);
@@ -126,14 +120,10 @@ double largestDelayMargin(const LinearLoop& loop) {
 
 Certificate certify(const LinearLoop& loop) {
   Certificate certificate;
-  certificate.straight = certificate.turn = certifyMode(loop, LoopMode::straight);
-  if (loop.modes().size() > 1) certificate.turn = certifyMode(loop, LoopMode::turn);
-  static_cast<Margins&>(certificate) = smaller(certificate.straight, certificate.turn);
-  const ModeCertificate& worse =
-      certificate.turn.spectral_radius > certificate.straight.spectral_radius ? certificate.turn : certificate.straight;
+  certificate.straight = certificate.turn = marginsOf(loop, LoopMode::straight);
+  if (loop.modes().size() > 1) certificate.turn = marginsOf(loop, LoopMode::turn);
+  static_cast<Margins&>(certificate) = worse(certificate.straight, certificate.turn);
   certificate.belief_spectral_radius = loop.beliefSpectralRadius();
-  certificate.loop_spectral_radius = worse.spectral_radius;
-  certificate.radius_uncertainty = worse.radius_uncertainty;
   certificate.period = loop.period();
   return certificate;
 }

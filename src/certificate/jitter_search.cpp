@@ -11,11 +11,9 @@ namespace {
 
 using Eigen::MatrixXd;
 
-constexpr int kPoints = 5;             // phases and delays of a period, from 0 to the longest
-constexpr int kLongestSequence = 10;   // periods
-constexpr double kExtremeShare = 0.8;  // share of draws at the shortest or longest phase or delay
-constexpr double kLostShare = 0.6;     // share of lost samples where a loss is allowed
-constexpr double kDelayStep = 0.005;   // s, of the margin
+constexpr int kPoints = 3;            // phases and delays of a period: none, half of the longest, the longest
+constexpr int kLongestSequence = 10;  // periods
+constexpr double kDelayStep = 0.005;  // s, of the margin
 
 /// Draws periods of a loop.
 class Adversary {
@@ -40,18 +38,18 @@ class Adversary {
     int lost = 0;
     for (int i = 0; i < length; ++i) {
       // The last period has a sample, so that the sequence can be repeated.
-      const bool loses = lost < jitter_.lost_samples && i + 1 < length && part() < kLostShare;
+      const bool loses = lost < jitter_.lost_samples && i + 1 < length && below(2) == 0;
       lost = loses ? lost + 1 : 0;
       const int gain = loses ? 0 : 1 + below(gains_);
-      product = (maps_[static_cast<std::size_t>((gain * kPoints + point()) * kPoints + point())] * product).eval();
+      product =
+          (maps_[static_cast<std::size_t>((gain * kPoints + below(kPoints)) * kPoints + below(kPoints))] * product)
+              .eval();
     }
     return std::pow(product.eigenvalues().cwiseAbs().maxCoeff(), 1.0 / length);
   }
 
  private:
-  double part() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
   int below(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
-  int point() { return part() < kExtremeShare ? (kPoints - 1) * below(2) : below(kPoints); }
 
   Jitter jitter_;
   int gains_;

@@ -21,16 +21,16 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr int kMostActionSteps = 50;                                         // of a common period
-constexpr std::int64_t kTick = 1000000;                                      // inner step of the predictive belief [ns]
-constexpr int kSpeed = 0, kCorrection = 1, kDisturbance = 2, kMeasured = 3;  // states of a predictive controller
-constexpr int kMostPeriods = 20000;                                          // until the belief's gain has converged
-constexpr double kConverged = 1e-12;  // relative change of the gain over a period
-constexpr int kPhases = 5;            // of the timers, from 0 to the longest
-constexpr int kRefinements = 4;       // halvings of the distance between two phases
-constexpr double kClose = 0.02;       // to a radius of 1: more than the radius changes between two phases
+constexpr int kMostActionSteps = 50;                             // of a common period
+enum { kSpeed, kCorrection, kDisturbance, kMeasured, kStates };  // states of a predictive controller
+constexpr int kMostPeriods = 20000;                              // until the belief's gain has converged
+constexpr double kConverged = 1e-12;                             // relative change of the gain over a period
+constexpr int kPhases = 9;                                       // of the timers, from 0 to the longest
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
+
+/// Inner step of the predictive belief [ns].
+const std::int64_t kTick = nanoseconds(WheelBelief::kStep);
 
 /// @param key of the action rate, for the message.
 LoopClock clockOf(double action_rate, int belief_steps_per_action, double sensor_rate, const char* key) {
@@ -46,6 +46,21 @@ LoopClock clockOf(double action_rate, int belief_steps_per_action, double sensor
       sensor_rate, key, action_rate, kMostActionSteps));
 }
 
+/// Gains of a belief, in order, once they are the same in every period. @param period runs one, and adds its gains.
+template <class Period>
+std::vector<Eigen::Vector3d> converged(const Period& period) {
+  std::vector<Eigen::Vector3d> gains;
+  for (int i = 0; i < kMostPeriods; ++i) {
+    const std::vector<Eigen::Vector3d> before = std::exchange(gains, {});
+    period(gains);
+    const auto same = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+      return (b - a).norm() <= kConverged * b.norm();
+    };
+    if (std::equal(before.begin(), before.end(), gains.begin(), gains.end(), same)) break;
+  }
+  return gains;
+}
+
 /// Measurement y of a unit wheel speed of a mode.
 SensorVector sensorResponse(LoopMode mode, const GeometryParameters& geometry, const PlantModel& robot) {
   SensorVector y = SensorVector::Zero();
@@ -58,6 +73,28 @@ SensorVector sensorResponse(LoopMode mode, const GeometryParameters& geometry, c
 }
 
 }  // namespace
+
+std::vector<std::pair<std::int64_t, LoopEvent>> LoopClock::events(std::int64_t command_late,
+                                                                  std::int64_t sample_early) const {
+  std::vector<std::pair<std::int64_t, LoopEvent>> events;
+  events.reserve(static_cast<std::size_t>(2 * action_steps + sensor_steps + predict_steps + belief_steps));
+  const auto period = static_cast<double>(action_steps * action_period);
+  const auto every = [&](std::int64_t count, std::int64_t earlier, LoopEvent event) {
+    for (std::int64_t i = 1; i <= count; ++i) {
+      const double end = period * static_cast<double>(i) / static_cast<double>(count);
+      events.emplace_back(std::llround(end) - earlier, event);
+    }
+  };
+  every(sensor_steps, sample_early, LoopEvent::sensor);
+  every(predict_steps, 0, LoopEvent::predict);
+  every(belief_steps, 0, LoopEvent::belief);
+  every(action_steps, 0, LoopEvent::action);
+  for (std::int64_t i = 0; command_late > 0 && i < action_steps; ++i) {
+    events.emplace_back(i * action_period + command_late, LoopEvent::command_arrives);
+  }
+  std::sort(events.begin(), events.end());
+  return events;
+}
 
 /// A loop followed through the events of one common period, a trajectory in every column.
 class LinearLoop::Period {
@@ -241,23 +278,22 @@ LinearLoop::Equations LinearLoop::thesisEquations(const ControllerParameters& co
 }
 
 LinearLoop::Equations LinearLoop::predictiveEquations() const {
-  constexpr int kSize = kMeasured + 1;
   Equations equations;
   // y ← w of the robot
-  equations.sense = MatrixXd::Identity(kSize, kSize);
+  equations.sense = MatrixXd::Identity(kStates, kStates);
   equations.sense(kMeasured, kMeasured) = 0.0;
-  equations.sense_wheel = VectorXd::Unit(kSize, kMeasured);
+  equations.sense_wheel = VectorXd::Unit(kStates, kMeasured);
   // x ← J x + b u
-  equations.predict = MatrixXd::Identity(kSize, kSize);
+  equations.predict = MatrixXd::Identity(kStates, kStates);
   equations.predict.topLeftCorner<3, 3>() = belief_->transition();
-  equations.predict_command = VectorXd::Zero(kSize);
+  equations.predict_command = VectorXd::Zero(kStates);
   equations.predict_command.head<3>() = belief_->input();
   // Without an integral z stays zero, so it is not a mode of the loop.
   if (model_->velocity_loop_integral <= 0.0) equations.predict.row(kCorrection).setZero();
   equations.believe = corrections(gains_, 0);
   // a ← (1 − κ_a) a − κ_a d/g
   equations.keep = 1.0 - action_gain_;
-  equations.act = RowVectorXd::Zero(kSize);
+  equations.act = RowVectorXd::Zero(kStates);
   equations.act(kDisturbance) = -action_gain_ / model_->gain;
   return equations;
 }
@@ -272,7 +308,7 @@ std::vector<MatrixXd> LinearLoop::corrections(const std::vector<Eigen::Vector3d>
     if (event != LoopEvent::belief) continue;
     updates.emplace_back();
     if (fresh && gain != gains.end()) {
-      updates.back() = MatrixXd::Identity(kMeasured + 1, kMeasured + 1);
+      updates.back() = MatrixXd::Identity(kStates, kStates);
       updates.back().block<3, 1>(0, kSpeed) -= *gain;
       updates.back().block<3, 1>(0, kMeasured) += *gain++;
     }
@@ -285,9 +321,7 @@ std::vector<MatrixXd> LinearLoop::corrections(const std::vector<Eigen::Vector3d>
 std::vector<Eigen::Vector3d> LinearLoop::convergedGains(std::int64_t phase) const {
   const auto events = clock_.events(0, phase);
   WheelBelief belief = *belief_;
-  std::vector<Eigen::Vector3d> gains;
-  for (int period = 0; period < kMostPeriods; ++period) {
-    const std::vector<Eigen::Vector3d> before = std::exchange(gains, {});
+  return converged([&](std::vector<Eigen::Vector3d>& gains) {
     bool fresh = false;
     for (const auto& [time, event] : events) {
       if (event == LoopEvent::sensor) fresh = true;
@@ -296,19 +330,13 @@ std::vector<Eigen::Vector3d> LinearLoop::convergedGains(std::int64_t phase) cons
       gains.push_back(belief.gain());
       belief.correct(0.0);
     }
-    double change = before.size() == gains.size() ? 0.0 : 1.0;
-    for (std::size_t i = 0; i < before.size() && i < gains.size(); ++i) {
-      change = std::max(change, (gains[i] - before[i]).norm() / gains[i].norm());
-    }
-    if (change < kConverged) break;
-  }
-  return gains;
+  });
 }
 
 /// Map of the belief's error, which is autonomous.
 double LinearLoop::beliefErrorRadius() const {
   const Equations& equations = equations_.front();
-  MatrixXd error = MatrixXd::Identity(kMeasured + 1, kMeasured + 1);
+  MatrixXd error = MatrixXd::Identity(kStates, kStates);
   error(kMeasured, kMeasured) = 0.0;
   std::size_t updates = 0;
   for (const auto& [time, event] : clock_.events(0, 0)) {
@@ -340,23 +368,13 @@ double LinearLoop::spectralRadius(LoopMode mode, const LoopChange& change) const
 
 double LinearLoop::longestPhase() const { return std::min(1.0 / robot_.sensor_rate, actionPeriod()); }
 
-/// Largest over a grid of phases, and between the neighbours of its largest value where that is close to the limit of
-/// stability, so that the verdict does not depend on the grid. @param enough radius at which the search ends.
+/// Largest over a grid of phases. @param enough radius at which the search ends.
 LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, double enough) const {
   WorstPhase worst{-HUGE_VAL, 0.0};
-  const auto evaluate = [&](double phase) {
-    if (worst.radius >= enough || phase < 0.0 || phase > longestPhase()) return;
-    change.phase = phase;
+  for (int i = 0; i < kPhases && worst.radius < enough; ++i) {
+    change.phase = i * longestPhase() / (kPhases - 1);
     const double radius = jackal_aic::spectralRadius(periodMap(mode, change));
-    if (radius > worst.radius) worst = {radius, phase};
-  };
-  double distance = longestPhase() / (kPhases - 1);
-  for (int i = 0; i < kPhases; ++i) evaluate(i * distance);
-  for (int i = 0; i < kRefinements && std::abs(worst.radius - 1.0) < kClose; ++i) {
-    distance *= 0.5;
-    const double centre = worst.phase;
-    evaluate(centre - distance);
-    evaluate(centre + distance);
+    if (radius > worst.radius) worst = {radius, change.phase};
   }
   return worst;
 }
@@ -407,20 +425,18 @@ MatrixXd LinearLoop::jitteredMap(const JitteredPeriod& period, double longest_ex
 }
 
 std::vector<Eigen::Vector3d> LinearLoop::irregularGains(int most_periods) const {
-  std::vector<Eigen::Vector3d> gains;
+  std::vector<Eigen::Vector3d> all;
   for (int periods = 1; periods <= most_periods; ++periods) {
     WheelBelief belief = *belief_;
-    Eigen::Vector3d gain = Eigen::Vector3d::Zero();
-    for (int sample = 0; sample < kMostPeriods; ++sample) {
+    const auto gains = converged([&](std::vector<Eigen::Vector3d>& gains) {
       for (std::int64_t i = 0; i < periods * clock_.predict_steps; ++i) belief.predict(0.0);
-      const Eigen::Vector3d before = std::exchange(gain, belief.gain());
+      gains.push_back(belief.gain());
       belief.correct(0.0);
-      if ((gain - before).norm() < kConverged * gain.norm()) break;
-    }
-    if (periods == 1) gains.push_back(belief.gain());
-    gains.push_back(gain);
+    });
+    if (periods == 1) all.push_back(belief.gain());
+    all.insert(all.end(), gains.begin(), gains.end());
   }
-  return gains;
+  return all;
 }
 
 }  // namespace jackal_aic

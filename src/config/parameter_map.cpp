@@ -15,10 +15,9 @@ std::string number(double value) { return fmt::format("{:.10g}", value); }
 /// The first items of a list, and their number if some are left out.
 template <class Item, class Text>
 std::string listed(const std::vector<Item>& items, const Text& text) {
-  constexpr std::size_t kMost = 8;
   std::vector<std::string> words;
-  for (std::size_t i = 0; i < std::min(items.size(), kMost); ++i) words.push_back(text(items[i]));
-  if (items.size() > kMost) words.push_back(fmt::format("... {} in all", items.size()));
+  for (std::size_t i = 0; i < std::min(items.size(), std::size_t{8}); ++i) words.push_back(text(items[i]));
+  if (items.size() > words.size()) words.push_back(fmt::format("... {} in all", items.size()));
   return fmt::format("[{}]", fmt::join(words, ", "));
 }
 
@@ -38,15 +37,14 @@ void checkRange(const std::string& key, double value, Bounds bounds, const char*
   }
 }
 
-/// The keys that have most characters in common with the beginning of a misspelt one.
+/// The three keys that have most characters in common with the beginning of a misspelt one.
 std::vector<std::string> nearest(const std::string& key, std::vector<std::string> known) {
-  constexpr std::size_t kMost = 3;
   const auto alike = [&key](const std::string& other) {
     return std::mismatch(key.begin(), key.end(), other.begin(), other.end()).first - key.begin();
   };
   std::stable_sort(known.begin(), known.end(),
                    [&](const std::string& a, const std::string& b) { return alike(a) > alike(b); });
-  if (known.size() > kMost) known.resize(kMost);
+  if (known.size() > 3) known.resize(3);
   return known;
 }
 

@@ -13,9 +13,6 @@ namespace {
 /// Larger differences between wheels [m] are a modelling error, not rounding in the file.
 constexpr double kTolerance = 1e-6;
 
-/// An axle whose axis has less than this of the direction to the left turns backwards.
-constexpr double kBackwards = -0.5;
-
 void checkRadii(const std::string& joint, double radius, double first) {
   if (std::abs(radius - first) <= kTolerance) return;
   throw ParameterError(
@@ -46,7 +43,7 @@ Side readSide(const urdf::ModelInterface& model, const std::vector<std::string>&
     if (side.radius == 0.0) side.radius = radius;
     checkRadii(name, radius, side.radius);
     const Eigen::Isometry3d pose = root_in_base * poseInRoot(model, joint);
-    if ((pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z)).y() < kBackwards) {
+    if ((pose.linear() * Eigen::Vector3d(joint.axis.x, joint.axis.y, joint.axis.z)).y() < -kTolerance) {
       throw ParameterError("URDF: axis of wheel joint " + quoted(name) +
                            " points to the right: must point to the left, or its speed is negative when the robot "
                            "drives forward; turn the axis, or the joint, round");

@@ -87,13 +87,12 @@ YAML::Node parsed(const std::string& text) {
 /// Runs a reader of YAML; its errors become one line that names where the text is from.
 template <class Read>
 void readYaml(const std::string& name, const Read& read) {
-  constexpr std::size_t kLongestReason = 200;
   try {
     read();
   } catch (const ParameterError& error) {
     throw ParameterError(onOneLine(name) + ": " + error.what());
   } catch (const std::exception& error) {
-    throw ParameterError(onOneLine(name) + ": not valid YAML: " + shortened(error.what(), kLongestReason));
+    throw ParameterError(onOneLine(name) + ": not valid YAML: " + shortened(error.what()));
   }
 }
 

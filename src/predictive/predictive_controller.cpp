@@ -255,7 +255,7 @@ WheelCommand PredictiveController::updateAction() {
   const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
   const double most = standstill_.largestCommand(has_to_stand, effective, left().speed(), right().speed(),
                                                  1.0 / parameters_.action_rate);
-  if (most < Standstill::kUnbounded) {
+  if (std::isfinite(most)) {
     left_.rest(most);
     right_.rest(most);
   }

@@ -10,9 +10,8 @@ namespace jackal_aic {
 namespace {
 
 void setDiagonal(boost::array<double, 36>& covariance, const std::array<double, 6>& diagonal) {
-  constexpr std::size_t kRows = 6;
   covariance.fill(0.0);
-  for (std::size_t i = 0; i < kRows; ++i) covariance[i * kRows + i] = diagonal[i];
+  for (std::size_t i = 0; i < diagonal.size(); ++i) covariance[i * diagonal.size() + i] = diagonal[i];
 }
 
 }  // namespace

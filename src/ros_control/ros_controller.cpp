@@ -18,12 +18,10 @@ namespace {
 /// Time by which an update may come early without missing its action step [s].
 constexpr double kEarly = 0.002;
 
-/// Largest age of an IMU sample that is paired with the wheels [s]: both arrive at 50 Hz.
-constexpr double kPairingAge = 0.03;
-
 /// Part of the sensors' period in which the wheels are sampled once.
 constexpr double kShortestPeriod = 0.75;
-/// Part of the sensors' period after which unchanged wheel speeds are sampled.
+/// Part of the sensors' period after which unchanged wheel speeds are sampled, and largest age of an IMU sample that is
+/// paired with the wheels.
 constexpr double kLongestPeriod = 1.5;
 
 void setCommand(std::vector<hardware_interface::JointHandle>& joints, double command) {
@@ -286,10 +284,14 @@ SensorReading RosController::imuOfRobot(double now) const {
   return reading;
 }
 
+double RosController::sensorPeriod() const {
+  const std::optional<PlantModel>& model = parameters_.drive.plant_model;
+  return model ? 1.0 / model->sensor_rate : loop_->controller().actionStep();
+}
+
 /// @param live the wheels change with every update; @param imu_came since the last update.
 bool RosController::wheelsAreDue(double now, double period, bool live, bool imu_came) const {
-  const double sensor_period = parameters_.drive.plant_model ? 1.0 / parameters_.drive.plant_model->sensor_rate
-                                                             : loop_->controller().actionStep();
+  const double sensor_period = sensorPeriod();
   const double since = now - wheels_taken_;
   if (since < 0.0) return true;  // the clock jumped back
   if (since < kShortestPeriod * sensor_period) return false;
@@ -298,7 +300,7 @@ bool RosController::wheelsAreDue(double now, double period, bool live, bool imu_
   if (!live) return read_ != last_wheels_ || since >= kLongestPeriod * sensor_period;
   // Wheels that change with every update are read with each IMU sample, so that both have one time and none counts
   // twice.
-  const bool imu_comes = !imu_handle_ && imu_ && now - imu_->stamp <= kPairingAge;
+  const bool imu_comes = !imu_handle_ && imu_ && now - imu_->stamp <= kLongestPeriod * sensor_period;
   return imu_comes ? imu_came : since + 0.5 * period >= sensor_period;
 }
 
@@ -313,7 +315,7 @@ Observation RosController::observe(const Wheels& wheels, double now) {
   y.valid.yaw_rate = y.valid.acceleration = false;
   reading.sample.head<4>() << wheels.left, wheels.right, wheels.left_position, wheels.right_position;
   loop_->receiveWheels(reading, now);
-  if (imu_ && std::abs(now - imu_->stamp) <= kPairingAge) {
+  if (imu_ && std::abs(now - imu_->stamp) <= kLongestPeriod * sensorPeriod()) {
     y = paired(y, *imu_);
     loop_->observe(y, now);
   }

@@ -84,6 +84,7 @@ class RosController : public controller_interface::Controller<hardware_interface
   void takeMessages(double now);
   std::optional<Observation> takeMeasurement(double now, double period);
   SensorReading imuOfRobot(double now) const;
+  double sensorPeriod() const;
   bool wheelsAreDue(double now, double period, bool live, bool imu_came) const;
   Observation observe(const Wheels& wheels, double now);
   void drive(const WheelCommand& command);

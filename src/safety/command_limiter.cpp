@@ -2,23 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr double kRounding = 1e-9;  // of a step, so that a brake of exactly n steps does not take n + 1
 
-double perStep(double bound, double step) { return bound > 0.0 ? bound * step : kUnbounded; }
+double perStep(double bound, double step) { return bound > 0.0 ? bound * step : HUGE_VAL; }
 
 double orElse(double value, double otherwise) { return value > 0.0 ? value : otherwise; }
 
 /// Largest change u from which changes that shrink by d each end at an error: error = u + (u - d) + ... in n terms, the
 /// last one in [0, d].
 double stoppingChange(double error, double d) {
-  if (d == kUnbounded || error == 0.0) return error;
+  if (d == HUGE_VAL || error == 0.0) return error;
   const double n = std::ceil(0.5 * (std::sqrt(1.0 + 8.0 * error / d) - 1.0));
   return error / n + 0.5 * d * (n - 1.0);
 }
@@ -37,7 +35,7 @@ CommandLimiter::CommandLimiter(const LimitParameters& limits, const GeometryPara
 
 WheelCommand CommandLimiter::drive(const WheelCommand& wanted, const std::optional<SetPoint>& set_point) {
   const Vector asked = bodyVelocity(wanted);
-  if (!asked.allFinite()) return brake(largest_fall_(0) / period_, largest_fall_(1) / period_, kUnbounded);
+  if (!asked.allFinite()) return brake(largest_fall_(0) / period_, largest_fall_(1) / period_, HUGE_VAL);
   brake_steps_left_ = 0;
   const Vector error = speedFactor(asked) * asked - body_;
   Vector way = error;
@@ -87,7 +85,7 @@ double CommandLimiter::largestChange(int i, double error) const {
   if (std::abs(error) <= speed || fall == rise) return fall;
   // Through zero: at most the rise's change is left there.
   const double d = largest_difference_(i);
-  if (d == kUnbounded) return speed >= fall ? fall : speed + rise * (1.0 - speed / fall);
+  if (d == HUGE_VAL) return speed >= fall ? fall : speed + rise * (1.0 - speed / fall);
   return std::min(fall, std::max(rise, std::sqrt(rise * rise + 2.0 * d * std::max(0.0, speed - fall))));
 }
 

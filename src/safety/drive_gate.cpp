@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace jackal_aic {
 namespace {
@@ -21,56 +22,8 @@ DriveStatus statusAtRest(StopCause cause) {
 }  // namespace
 
 const char* text(DriveStatus status) {
-  switch (status) {
-    case DriveStatus::idle:
-      return "idle";
-    case DriveStatus::driving:
-      return "driving";
-    case DriveStatus::stopped:
-      return "stopped";
-    case DriveStatus::braking:
-      return "braking";
-    case DriveStatus::faulted:
-      return "faulted";
-  }
-  return "";
-}
-
-bool isLate(double age, double deadline) { return deadline > 0.0 && age != kNever && !(std::abs(age) <= deadline); }
-
-SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines) {
-  // A pair is late by the longer of its two deadlines.
-  const double pair_deadline =
-      deadlines.wheels > 0.0 && deadlines.imu > 0.0 ? std::max(deadlines.wheels, deadlines.imu) : 0.0;
-  SensorHealth health;
-  health.wheels.missing = ages.wheels == kNever;
-  health.wheels.late = isLate(ages.wheels, deadlines.wheels);
-  health.imu.missing = ages.imu == kNever;
-  health.imu.late = isLate(ages.imu, deadlines.imu);
-  // Unpaired sources keep sending without a pair; a slow or silent source only delays the pairs.
-  const bool go_on = !(ages.unpaired <= 0.5 * pair_deadline);
-  health.unpaired = ages.measurement == kNever || (isLate(ages.measurement, pair_deadline) && go_on);
-  return health;
-}
-
-StopCauses lossCauses(const SensorHealth& health) {
-  StopCauses causes;
-  causes.add(StopCause::unpaired, health.unpaired)
-      .add(StopCause::imu_frozen, health.imu.frozen)
-      .add(StopCause::imu_late, health.imu.late)
-      .add(StopCause::imu_missing, health.imu.missing)
-      .add(StopCause::wheels_frozen, health.wheels.frozen)
-      .add(StopCause::wheels_late, health.wheels.late)
-      .add(StopCause::wheels_missing, health.wheels.missing);
-  return causes;
-}
-
-StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines) {
-  StopCauses causes;
-  causes.add(StopCause::feedback_late, isLate(ages.feedback, deadlines.feedback))
-      .add(StopCause::set_point_late, isLate(ages.set_point, deadlines.set_point))
-      .add(StopCause::set_point_missing, ages.set_point == kNever);
-  return causes;
+  static constexpr const char* kTexts[] = {"idle", "driving", "stopped", "braking", "faulted"};
+  return kTexts[static_cast<std::size_t>(status)];
 }
 
 bool isPlausible(const BodyVector& belief, double free_energy, const GateParameters& parameters) {

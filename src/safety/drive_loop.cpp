@@ -37,6 +37,11 @@ MeasurementWatchParameters watchParameters(const DriveParameters& parameters) {
   return watch;
 }
 
+/// A pair is late by the longer of its two deadlines.
+double pairDeadline(const DeadlineParameters& deadlines) {
+  return deadlines.wheels > 0.0 && deadlines.imu > 0.0 ? std::max(deadlines.wheels, deadlines.imu) : 0.0;
+}
+
 /// True if the wheels of any side do not follow their commands.
 bool isOfTheWheels(Fault fault) {
   return fault == Fault::wheels_blocked || fault == Fault::left_wheels_blocked || fault == Fault::right_wheels_blocked;
@@ -86,8 +91,11 @@ DriveLoop::DriveLoop(const DriveParameters& parameters, std::unique_ptr<Velocity
       gate_(parameters.gate, parameters.geometry, controller_->actionStep()),
       schedule_(nanoseconds(controller_->beliefStep()), controller_->beliefStepsPerAction(), kMostPeriods),
       phase_(nanoseconds(controller_->actionStep())),
-      frozen_wheels_(parameters.gate.deadlines.frozen_wheels),
-      frozen_imu_(parameters.gate.deadlines.frozen_imu) {}
+      set_points_(parameters.gate.deadlines.set_point),
+      wheels_(parameters.gate.deadlines.wheels, parameters.gate.deadlines.frozen_wheels),
+      imu_(parameters.gate.deadlines.imu, parameters.gate.deadlines.frozen_imu),
+      feedback_(parameters.gate.deadlines.feedback),
+      measurement_(pairDeadline(parameters.gate.deadlines)) {}
 
 void DriveLoop::start(const WheelCommand& driven, double now) {
   notify(now, StartInput{driven});
@@ -108,7 +116,7 @@ SetPointVerdict DriveLoop::setSetPoint(const SetPoint& wanted, double now, std::
     ++status_.rejected_set_points;
     return finite ? SetPointVerdict::absurd : SetPointVerdict::not_finite;
   }
-  set_point_arrival_ = {stamp.value_or(now), now};
+  set_points_.receive(stamp.value_or(now), now);
   set_point_ = gate_.reachable(wanted);
   if (set_point_.forward != wanted.forward || set_point_.yaw_rate != wanted.yaw_rate) {
     ++status_.scaled_set_points;
@@ -124,13 +132,13 @@ bool DriveLoop::receiveWheels(const SensorReading& reading, double now) {
   catchUp(now);
   const Observation& y = reading.observation;
   if (refuseStamp(y.stamp, now)) return false;
-  take(wheels_, parameters_.gate.deadlines.wheels, y.stamp, now);
+  receive(wheels_, y.stamp, now);
   measured_(kForward) = kinematics_.bodyVelocity({y.wheel_left, y.wheel_right})(kForward);
   // Encoders at rest may repeat, on the move they may not.
   const WheelVector command = appliedCommand(now).vector();
   const bool turns = std::max(std::abs(y.wheel_left), std::abs(y.wheel_right)) >= thresholds::kMoving;
   const bool has_to_turn = command.cwiseAbs().maxCoeff() > WheelMonitor::kStiction;
-  frozen_wheels_.update(now, reading.sample, reading.may_repeat || !(turns || has_to_turn));
+  wheels_.compare(reading.sample, reading.may_repeat || !(turns || has_to_turn), now);
   if (parameters_.motors_shared) motors_.apply(now, {y.wheel_left, y.wheel_right}, AppliedSource::wheels);
   return measurements_.started() && health(now).imu.silent() && takeObservation(y, now);
 }
@@ -139,15 +147,15 @@ bool DriveLoop::receiveImu(const SensorReading& reading, double now) {
   notify(now, ImuInput{reading});
   noteTime(now);
   if (refuseStamp(reading.observation.stamp, now)) return false;
-  take(imu_, parameters_.gate.deadlines.imu, reading.observation.stamp, now);
+  receive(imu_, reading.observation.stamp, now);
   measured_(kYaw) = reading.observation.yaw_rate;
-  frozen_imu_.update(now, reading.sample, false);
+  imu_.compare(reading.sample, false, now);
   return measurements_.started() && health(now).wheels.silent() && takeObservation(reading.observation, now);
 }
 
 void DriveLoop::receiveFeedback(double stamp, double now) {
   notify(now, FeedbackInput{stamp});
-  feedback_ = {stamp, now};
+  feedback_.receive(stamp, now);
 }
 
 bool DriveLoop::observe(const Observation& observation, double now) {
@@ -161,27 +169,21 @@ bool DriveLoop::refuseStamp(double stamp, double now) {
   return true;
 }
 
-/// A late source recovers after some messages within its deadline. A source slower than its deadline stays lost.
-void DriveLoop::take(Arrival& source, double deadline, double stamp, double now) {
-  if (source.received == -kNever || stamp != source.stamp) {
-    source.in_time = isLate(age(source, now), deadline) ? 0 : std::min(source.in_time + 1, kBack);
-  }
-  source.stamp = stamp;
-  source.received = now;
-  const bool both = std::min(wheels_.received, imu_.received) > measurement_.received;
-  if (both && unpaired_since_ == kNever) unpaired_since_ = now;
+void DriveLoop::receive(InputSource& source, double stamp, double now) {
+  source.receive(stamp, now);
+  const bool both = std::min(wheels_.arrival(), imu_.arrival()) > measurement_.arrival();
+  if (both && unpaired_since_ == HUGE_VAL) unpaired_since_ = now;
 }
 
 bool DriveLoop::takeObservation(const Observation& observation, double now) {
   catchUp(now);
   const ChannelValidity& valid = observation.valid;
   // A pair is as old as the later of its sources came: the other may have sent newer ones since.
-  const auto came = [&](Arrival& source, double deadline) {
-    if (observation.stamp >= source.stamp || source.received == -kNever) take(source, deadline, observation.stamp, now);
+  const auto came = [&](InputSource& source) {
+    if (!source.received() || observation.stamp >= source.stamp()) receive(source, observation.stamp, now);
   };
-  const DeadlineParameters& deadlines = parameters_.gate.deadlines;
-  if (valid.wheel_left || valid.wheel_right) came(wheels_, deadlines.wheels);
-  if (valid.yaw_rate || valid.acceleration) came(imu_, deadlines.imu);
+  if (valid.wheel_left || valid.wheel_right) came(wheels_);
+  if (valid.yaw_rate || valid.acceleration) came(imu_);
 
   Observation judged = observation;
   measurements_.judge(judged, health(now), now);
@@ -195,11 +197,11 @@ bool DriveLoop::takeObservation(const Observation& observation, double now) {
   if (!taken(verdict) && verdict != SampleVerdict::incomplete) {
     // A sample that came alone and in a pair is late once, which is normal.
     const bool partners = observed_alone_ == valid.all();
-    if (!partners || !(observation.stamp <= measurement_.stamp)) ++status_.rejected_measurements;
+    if (!partners || !(observation.stamp <= measurement_.stamp())) ++status_.rejected_measurements;
     return false;
   }
-  measurement_ = {observation.stamp, now};
-  unpaired_since_ = kNever;
+  measurement_.receive(observation.stamp, now);
+  unpaired_since_ = HUGE_VAL;
   phase_.arrived(nanoseconds(now));
   observed_alone_ = !valid.all();
   if (verdict == SampleVerdict::incomplete) return false;  // received but not accepted; measurements_ has the reason
@@ -295,7 +297,8 @@ void DriveLoop::runBelief(std::int64_t until) {
 std::optional<WheelCommand> DriveLoop::advance(double now) {
   notify(now, ActionInput{});
   noteTime(now);
-  return advanceTo(now, schedule_.started() ? schedule_.lastBoundary(nanoseconds(now)) : nanoseconds(now));
+  const std::int64_t rounded = nanoseconds(now + thresholds::kRounding);
+  return advanceTo(now, schedule_.started() ? schedule_.lastBoundary(rounded) : nanoseconds(now));
 }
 
 std::optional<WheelCommand> DriveLoop::advance(double now, double due) {
@@ -367,9 +370,8 @@ void DriveLoop::act(double now) {
 GateInputs DriveLoop::gateInputs(double now) {
   GateInputs inputs;
   StopCauses& causes = inputs.causes;
-  causes = overdueInputs(ages(now), parameters_.gate.deadlines);
-  const bool missing = causes.hasAny({StopCause::set_point_missing});
-  const bool stands = causes.hasAny({StopCause::set_point_late}) || set_point_.vector().isZero(0.0);
+  const bool missing = !set_points_.received(), late = set_points_.late(now);
+  const bool stands = late || set_point_.vector().isZero(0.0);
   // A missing set point may still be on its way until its publishers are connected.
   set_point_pause_ = missing && robot_.graph_checked && robot_.set_points_connected
                          ? set_point_pause_ + controller_->actionStep()
@@ -381,7 +383,10 @@ GateInputs DriveLoop::gateInputs(double now) {
   const bool has_to_stand = stands && gate_.command() == WheelCommand{};
   causes.add(measurements_.causes(health(now), now, has_to_stand));
   const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
-  causes.add(StopCause::belief_diverged, !plausible)
+  causes.add(StopCause::feedback_late, feedback_.late(now))
+      .add(StopCause::set_point_late, late)
+      .add(StopCause::set_point_missing, missing)
+      .add(StopCause::belief_diverged, !plausible)
       .add(StopCause::clock_jump, clock_jumped_)
       .add(StopCause::set_points_rival, robot_.rivals)
       .add(StopCause::graph_unchecked, !robot_.graph_checked)
@@ -431,28 +436,11 @@ void DriveLoop::brake(double now) {
   controller_->overrule(appliedCommand(now));
 }
 
-double DriveLoop::age(const Arrival& arrival, double now) {
-  const double by_stamp = now - arrival.stamp, by_arrival = now - arrival.received;  // kNever if it never came
-  return std::abs(by_stamp) > std::abs(by_arrival) ? by_stamp : by_arrival;
-}
-
-InputAges DriveLoop::ages(double now) const {
-  InputAges ages;
-  ages.set_point = age(set_point_arrival_, now);
-  ages.wheels = age(wheels_, now);
-  ages.imu = age(imu_, now);
-  ages.measurement = age(measurement_, now);
-  ages.unpaired = std::max(0.0, std::min(wheels_.received, imu_.received) - unpaired_since_);
-  ages.feedback = age(feedback_, now);
-  return ages;
-}
-
 SensorHealth DriveLoop::health(double now) const {
-  SensorHealth health = sensorHealth(ages(now), parameters_.gate.deadlines);
-  health.wheels.late = health.wheels.late || wheels_.in_time < kBack;
-  health.imu.late = health.imu.late || imu_.in_time < kBack;
-  health.wheels.frozen = frozen_wheels_.frozen();
-  health.imu.frozen = frozen_imu_.frozen();
+  SensorHealth health{wheels_.health(now), imu_.health(now)};
+  // Unpaired sources keep sending without a pair; a slow or silent source only delays the pairs.
+  const bool both_send = std::min(wheels_.arrival(), imu_.arrival()) - unpaired_since_ > 0.5 * measurement_.deadline();
+  health.unpaired = !measurement_.received() || (measurement_.late(now) && both_send);
   return health;
 }
 
@@ -476,13 +464,11 @@ void DriveLoop::reset(double now) {
   schedule_.stop();
   phase_.reset();
   motors_.reset();
-  frozen_wheels_.reset();
-  frozen_imu_.reset();
   set_point_ = {};
   measured_ = kNotMeasured;
-  set_point_arrival_ = wheels_ = imu_ = feedback_ = measurement_ = {};
+  for (InputSource* source : {&set_points_, &wheels_, &imu_, &feedback_, &measurement_}) source->reset();
   set_point_pause_ = 0.0;
-  unpaired_since_ = kNever;
+  unpaired_since_ = HUGE_VAL;
   action_ = {};
 }
 

@@ -8,7 +8,6 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kLongestPeriod = 0.25;  // of one sample [s]
 /// An outlier excludes a sample, but its channel is not lost.
 bool works(const ChannelHealth& verdict) { return verdict.state != ChannelState::faulty; }
 
@@ -16,6 +15,19 @@ constexpr double kLargestAcceleration = 100.0;  // m/s^2, about 10 g
 
 /// Time in which the second source may follow the first at the start [s].
 constexpr double kLongestStart = 1.0;
+
+/// Every loss as a cause to stop.
+StopCauses lossCauses(const SensorHealth& health) {
+  StopCauses causes;
+  causes.add(StopCause::unpaired, health.unpaired)
+      .add(StopCause::imu_frozen, health.imu.frozen)
+      .add(StopCause::imu_late, health.imu.late)
+      .add(StopCause::imu_missing, health.imu.missing)
+      .add(StopCause::wheels_frozen, health.wheels.frozen)
+      .add(StopCause::wheels_late, health.wheels.late)
+      .add(StopCause::wheels_missing, health.wheels.missing);
+  return causes;
+}
 
 bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid.wheel_left + valid.wheel_right >= 2; }
 
@@ -34,7 +46,7 @@ void MeasurementWatch::advance(const std::optional<WheelCommand>& command, doubl
 
 void MeasurementWatch::judge(Observation& observation, const SensorHealth& health, double now) {
   // With a stamp that is not finite no time passes.
-  const double step = std::min(std::max(0.0, observation.stamp - stamp_), kLongestPeriod);
+  const double step = std::min(std::max(0.0, observation.stamp - stamp_), thresholds::kGap);
   stamp_ = observation.stamp;
   const ChannelValidity possible = excludeImpossible(observation, step);
   if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;

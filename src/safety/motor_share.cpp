@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-
-#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -28,7 +25,7 @@ double MotorShare::distance(double time, const WheelVector& tolerance) const {
     const Sent& sent = sent_[(head_ + sent_.size() - i) % sent_.size()];
     low = low.cwiseMin(sent.command);
     high = high.cwiseMax(sent.command);
-    if (time - sent.time > kMemory) break;  // it was in force at the start of kMemory
+    if (time - sent.time > thresholds::kPatience) break;  // it was in force at the start of that time
   }
   const WheelVector outside = (low - applied).cwiseMax(applied - high) - tolerance;
   return std::max(0.0, outside.maxCoeff());
@@ -71,14 +68,14 @@ void MotorShare::apply(double time, const WheelCommand& command, double toleranc
   const double far = distance(time, allowance);
   if (far == 0.0 && (ours_ || follows(before, allowance))) {
     ours_ = true;
-    mark_ = std::numeric_limits<double>::infinity();
+    mark_ = HUGE_VAL;
     mark_time_ = time;
   } else if (ours_) {
     if (far <= mark_ - thresholds::kRest) {
       mark_ = far;
       mark_time_ = time;
     }
-    ours_ = time - mark_time_ <= kPatience;
+    ours_ = time - mark_time_ <= thresholds::kPatience;
   }
 }
 

@@ -5,15 +5,6 @@
 namespace jackal_aic {
 namespace {
 
-/// Time between a measurement and the action that waits for it, as a part of the period: 0.3 ms of 20 ms, for the
-/// jitter that the recent measurements did not show. A change of the phase has to reduce the mean age by as much.
-/// Otherwise the phase would wander with measurements of another rate, for which all phases are equal.
-constexpr std::int64_t kMarginParts = 64;
-
-/// Measurements between which the drift is taken. Where rates differ, the phases repeat after 2 (20 Hz against 50), 4
-/// or 5 of them (80 against 50): a multiple of all compares the same with the same.
-constexpr std::size_t kApart = 20;
-
 /// In [0, period).
 std::int64_t modulo(std::int64_t value, std::int64_t period) {
   const std::int64_t rest = value % period;
@@ -48,7 +39,7 @@ std::int64_t PhaseLock::next(std::int64_t due, std::int64_t now) {
   if (count_ > 0 && now - arrivals_[(count_ - 1) % kMost] <= static_cast<std::int64_t>(kMost) * period_) {
     const std::int64_t shift = bestShift(next);
     if (locked_) {
-      next += std::clamp(shift, -longestShift(), longestShift());
+      next += std::clamp(shift, -margin(), margin());
     } else {
       next += modulo(shift, period_);
       locked_ = true;
@@ -59,10 +50,12 @@ std::int64_t PhaseLock::next(std::int64_t due, std::int64_t now) {
 
 std::int64_t PhaseLock::drift() const {
   if (count_ < kMost) return 0;
-  // The median is not moved by a measurement that was late, nor by the one after which some were lost.
-  std::array<std::int64_t, kMost - kApart> drifts;
+  // Between measurements that are half of all apart. Where rates differ, the phases repeat after 2 (20 Hz against 50),
+  // 4 or 5 of them (80 against 50): a multiple of all compares the same with the same. The median is not moved by a
+  // measurement that was late, nor by the one after which some were lost.
+  std::array<std::int64_t, kMost / 2> drifts;
   for (std::size_t i = 0; i < drifts.size(); ++i) {
-    const std::int64_t from = arrivals_[(count_ + i) % kMost], to = arrivals_[(count_ + i + kApart) % kMost];
+    const std::int64_t from = arrivals_[(count_ + i) % kMost], to = arrivals_[(count_ + i + drifts.size()) % kMost];
     const std::int64_t periods = std::max<std::int64_t>(1, (to - from + period_ / 2) / period_);
     drifts[i] = wrapped(to - from, period_) / periods;
   }
@@ -72,14 +65,14 @@ std::int64_t PhaseLock::drift() const {
 }
 
 std::int64_t PhaseLock::bestShift(std::int64_t due) const {
-  const std::int64_t margin = period_ / kMarginParts, per_period = drift();
+  const std::int64_t per_period = drift();
   const auto n = static_cast<std::int64_t>(std::min(count_, kMost));
-  // Phases of the measurements after `due`, with the margin; 0..period.
+  // Phases of the measurements after `due`; 0..period. The margin is for jitter that the measurements did not show.
   std::array<std::int64_t, kMost> after;
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int64_t arrival = arrivals_[i];
     const std::int64_t periods = (due - arrival) / period_;
-    after[i] = modulo(arrival + per_period * periods + margin - due, period_);
+    after[i] = modulo(arrival + per_period * periods + margin() - due, period_);
   }
   const auto end = after.begin() + n;
   std::sort(after.begin(), end);
@@ -94,7 +87,8 @@ std::int64_t PhaseLock::bestShift(std::int64_t due) const {
   }
   const auto with_it = std::upper_bound(after.begin(), end, 0) - after.begin();  // those at `due` itself
   const std::int64_t age = period_ * (n - with_it);
-  if (age - best_age < n * period_ / kMarginParts) return 0;
+  // The phase would wander with measurements of another rate, for which all phases are equal.
+  if (age - best_age < n * margin()) return 0;
   return wrapped(best, period_);
 }
 

@@ -3,12 +3,6 @@
 #include <algorithm>
 
 namespace jackal_aic {
-namespace {
-
-constexpr std::int64_t kRounding = 1000;    // ns, rounding of times given in seconds
-constexpr std::int64_t kForwardParts = 16;  // of a period, by which the action timer may be brought forward
-
-}  // namespace
 
 StepSchedule::StepSchedule(std::int64_t belief_step, int belief_steps_per_action, int most_periods)
     : belief_step_(belief_step), belief_steps_per_action_(belief_steps_per_action), most_periods_(most_periods) {}
@@ -28,7 +22,7 @@ int StepSchedule::beliefStepsDue(std::int64_t now) const {
 
 int StepSchedule::actionPeriodsDue(std::int64_t expected) {
   const std::int64_t period = belief_step_ * belief_steps_per_action_;
-  const std::int64_t due = (expected - boundary_ + std::max(kRounding, period / kForwardParts)) / period;
+  const std::int64_t due = (expected - boundary_ + period / 16) / period;
   if (!started_ || due <= 0) return 0;
   const std::int64_t run = std::min<std::int64_t>(due, most_periods_);
   dropped_ += static_cast<std::uint64_t>(due - run);
@@ -37,7 +31,7 @@ int StepSchedule::actionPeriodsDue(std::int64_t expected) {
 
 std::int64_t StepSchedule::lastBoundary(std::int64_t now) const {
   const std::int64_t period = belief_step_ * belief_steps_per_action_;
-  return boundary_ + (now - boundary_ + kRounding) / period * period;
+  return boundary_ + (now - boundary_) / period * period;
 }
 
 void StepSchedule::actionStepDone(std::int64_t boundary) {

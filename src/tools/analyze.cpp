@@ -64,7 +64,7 @@ std::string marginsOf(const Margins& margins, double largest_delay) {
          number("delay_reduction_s", margins.delay_reduction, "s less dead time");
 }
 
-std::string modeOf(const ModeCertificate& mode, double largest_delay) {
+std::string modeOf(const Margins& mode, double largest_delay) {
   return number("spectral_radius", mode.spectral_radius, "below 1: stable") + marginsOf(mode, largest_delay);
 }
 
@@ -86,7 +86,7 @@ Finding boxOf(const PlantModel& robot, const LoopOn& loop_on) {
   for (const PlantModel& corner : corners) {
     const Certificate certificate = certify(loop_on(corner));
     stable = stable && certificate.stable();
-    radius = std::max(radius, certificate.loop_spectral_radius);
+    radius = std::max(radius, certificate.spectral_radius);
     gain = std::min(gain, certificate.gain_margin);
     delay = std::min(delay, certificate.delay_margin);
   }
@@ -112,7 +112,7 @@ Finding certificateOf(const LinearLoop& loop, const LoopOn& loop_on, bool jitter
   const double largest_delay = largestDelayMargin(loop);
   std::string figures = "advice: " + yamlQuoted(advice(certificate, loop)) + "\n" +
                         number("belief_spectral_radius", certificate.belief_spectral_radius, "below 1: stable") +
-                        number("loop_spectral_radius", certificate.loop_spectral_radius, "below 1: stable") +
+                        number("loop_spectral_radius", certificate.spectral_radius, "below 1: stable") +
                         number("radius_uncertainty", certificate.radius_uncertainty, "of that") +
                         marginsOf(certificate, largest_delay) +
                         flag("stable", certificate.stable(), "the loop on this robot") +

@@ -9,6 +9,7 @@
 
 #include "jackal_aic/aic/action_bound.hpp"
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -300,7 +301,7 @@ TEST(ActionBound, StopEndsAtZeroWhileTheWheelMoves) {
     action = next;
     bound.apply(action);
   }
-  EXPECT_NEAR(periods * kPeriod, ActionBound::kShortestStop, 1e-9);
+  EXPECT_NEAR(periods * kPeriod, thresholds::kPatience, 1e-9);
   bound.observe(measured(1.0, 0.1, 0.1), {});
   EXPECT_LT(bound.bound(action, {-0.1, -0.1}, WheelVector::Zero())(0), 0.0) << "at rest it holds the robot";
 }

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "jackal_aic/aic/sensor_reconstruction.hpp"
+#include "jackal_aic/aic/active_inference_controller.hpp"
 
 namespace jackal_aic {
 namespace {

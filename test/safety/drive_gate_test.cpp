@@ -9,6 +9,7 @@
 
 #include "../complaint.hpp"
 #include "jackal_aic/safety/gate_parameters.hpp"
+#include "jackal_aic/safety/input_source.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -20,36 +21,32 @@ const SkidSteerKinematics kKinematics(kGeometry);
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 const double kInfinity = std::numeric_limits<double>::infinity();
 
-StopCause overdue(const InputAges& ages, const DeadlineParameters& deadlines = {}) {
-  return overdueInputs(ages, deadlines).add(lossCauses(sensorHealth(ages, deadlines))).worst();
+/// An input with a deadline of 0.2 s and one message, which arrived at 1 s.
+InputSource received(double stamp) {
+  InputSource source(0.2);
+  source.receive(stamp, 1.0);
+  return source;
 }
 
-/// Ages of fresh inputs but one [s].
-InputAges aged(double InputAges::*input, double age) {
-  InputAges ages{0.1, 0.02, 0.02, 0.02, kNever};
-  ages.*input = age;
-  return ages;
+TEST(InputSource, HasAnInclusiveDeadlineOnBothSidesOfNow) {
+  EXPECT_TRUE(InputSource(0.2).health(1.0).missing);
+  EXPECT_FALSE(InputSource(0.2).late(1.0));
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_FALSE(received(1.0 + sign * 0.2).late(1.0));
+    EXPECT_TRUE(received(1.0 + sign * 0.201).late(1.0));
+  }
+  EXPECT_TRUE(received(kNaN).late(1.0));
+  EXPECT_TRUE(received(1.1).late(1.201)) << "by its arrival";
+  InputSource any_time(0.0);
+  any_time.receive(0.0, 100.0);
+  EXPECT_FALSE(any_time.late(200.0));
 }
 
-TEST(OverdueInputs, EachHasItsInclusiveDeadlineOnBothSidesOfNow) {
-  EXPECT_EQ(overdue({}), StopCause::set_point_missing) << "above all others";
-  const struct {
-    double InputAges::*input;
-    double deadline;
-    StopCause late, missing;
-  } rows[] = {{&InputAges::set_point, 0.5, StopCause::set_point_late, StopCause::set_point_missing},
-              {&InputAges::wheels, 0.2, StopCause::wheels_late, StopCause::wheels_missing},
-              {&InputAges::imu, 0.2, StopCause::imu_late, StopCause::imu_missing},
-              {&InputAges::feedback, 0.2, StopCause::feedback_late, StopCause::none},
-              {&InputAges::measurement, 0.2, StopCause::unpaired, StopCause::unpaired}};
-  for (const auto& row : rows) {
-    SCOPED_TRACE(text(row.late));
-    for (double sign : {1.0, -1.0}) {
-      EXPECT_EQ(overdue(aged(row.input, sign * row.deadline)), StopCause::none);
-      EXPECT_EQ(overdue(aged(row.input, sign * (row.deadline + 0.001))), row.late);
-    }
-    EXPECT_EQ(overdue(aged(row.input, kNaN)), row.late);
-    EXPECT_EQ(overdue(aged(row.input, kNever)), row.missing);
+TEST(InputSource, RecoversAfterFiveMessagesInTime) {
+  InputSource source = received(1.0);
+  for (int i = 0; i <= 5; ++i) {
+    source.receive(2.0 + 0.1 * i, 2.0 + 0.1 * i);
+    EXPECT_EQ(source.health(2.0 + 0.1 * i).late, i < 5) << i;
   }
 }
 

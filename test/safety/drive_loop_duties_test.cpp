@@ -102,7 +102,7 @@ class DriveLoopDuties : public testing::Test {
   bool measure() { return loop.observe(observation(), now); }
 
   SensorReading reading(const ChannelValidity& valid, double sample) const {
-    return {observation(valid), FrozenSource::Sample::Constant(sample)};
+    return {observation(valid), InputSource::Sample::Constant(sample)};
   }
   void receiveWheels() { loop.receiveWheels(reading(kWheels, now), now); }
   void receiveImu() { loop.receiveImu(reading(kImu, now), now); }

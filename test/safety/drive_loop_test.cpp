@@ -47,7 +47,7 @@ constexpr ChannelValidity kWheels{false, true, true, false}, kImu{true, false, f
 
 SensorReading reading(Observation observation, const ChannelValidity& valid, double sample) {
   observation.valid = valid;
-  return {observation, FrozenSource::Sample::Constant(sample)};
+  return {observation, InputSource::Sample::Constant(sample)};
 }
 
 /// A robot whose wheels follow their command with a lag of 0.1 s, and its drive loop.

@@ -92,8 +92,8 @@ class RecordedBag {
         wheels = imu = y;
         wheels.valid = {false, true, true, false};
         imu.valid = {true, false, false, true};
-        loop.receiveWheels({wheels, FrozenSource::Sample::Constant(now)}, now);
-        loop.receiveImu({imu, FrozenSource::Sample::Constant(now)}, now);
+        loop.receiveWheels({wheels, InputSource::Sample::Constant(now)}, now);
+        loop.receiveImu({imu, InputSource::Sample::Constant(now)}, now);
         loop.observe(y, now);
         loop.receiveFeedback(feedback.header.stamp.toSec(), now);
       }

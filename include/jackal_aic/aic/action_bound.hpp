@@ -11,7 +11,7 @@
 ///     under way  a wheel that accelerates towards its goal, or still turns after a stop: its action stays between
 ///                where it is and the goal. The error of a slow or weak motor is integrated once it drives steadily.
 ///                While it accelerates, its action advances no larger part of its way than that of the other wheel
-///     stop       after a stop the action falls no faster than to zero in kShortestStop from the present speed
+///     stop       after a stop the action falls no faster than to zero in thresholds::kPatience from the present speed
 ///     range      what a robot near its model needs for the goal (robot_range.hpp)
 ///     sides      what its left and right wheels may need differently (side_balance.hpp)
 ///
@@ -32,10 +32,6 @@ namespace jackal_aic {
 /// Bounds of the action of both wheels; none without a plant model. Nothing here allocates.
 class ActionBound {
  public:
-  /// Time in which the action falls to zero after a stop, at the rate of the present speed: a time constant [s]. A
-  /// motor with an integral in its velocity loop runs back after a faster fall.
-  static constexpr double kShortestStop = 0.3;
-
   /// @param model drive train of the robot, if it is known; @param period of the action [s].
   ActionBound(const std::optional<PlantModel>& model, const GeometryParameters& geometry, double period);
 

@@ -19,6 +19,12 @@
 
 namespace jackal_aic {
 
+/// The observation with every channel valid: of yaw rate and wheel speeds one that is invalid is computed from the
+/// other two (3-2), invalid accelerations are zero. Empty if two of the three are invalid. A lost wheel with precision
+/// zero would leave its action 3 % of its gain, the yaw rate's share (r alpha / b_hat)^2 of K, and the robot would
+/// swerve.
+std::optional<Observation> reconstructed(const Observation& observation, const SkidSteerKinematics& kinematics);
+
 /// The thesis' controller.
 ///
 /// The belief is drawn towards the set point, and equals it in steady state at any true velocity. It is the

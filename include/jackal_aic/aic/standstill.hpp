@@ -13,7 +13,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "jackal_aic/model/types.hpp"
 
@@ -25,22 +24,21 @@ class Standstill {
   static constexpr double kRestThreshold = 0.02;  ///< wheel speed or command at rest [rad/s]
   static constexpr double kAveragingTime = 0.5;   ///< over which both are averaged [s]
   static constexpr double kReleaseRate = 0.3;     ///< rate of the release [rad/s^2]
-  static constexpr double kUnbounded = std::numeric_limits<double>::infinity();  ///< no limit [rad/s]
 
   /// Advances by an action period [s]. @param set_point_is_zero true without a wanted motion; @param command that would
   /// be sent [rad/s]; @param left, right believed wheel speeds [rad/s].
-  /// @return largest command to send, either way [rad/s]: kUnbounded, a falling limit during the release, or zero at
+  /// @return largest command to send, either way [rad/s]: infinite, a falling limit during the release, or zero at
   /// rest.
   double largestCommand(bool set_point_is_zero, const WheelCommand& command, double left, double right, double period) {
     const double part = -std::expm1(-period / kAveragingTime);
     command_ += part * (bounded({command.left, command.right}) - command_);
     speed_ += part * (bounded({left, right}) - speed_);
-    const bool held_back = limit_ < kUnbounded;
+    const bool held_back = limit_ < HUGE_VAL;
     const bool rests = speed_.cwiseAbs().maxCoeff() < (held_back ? 2.0 : 1.0) * kRestThreshold;
     if (!set_point_is_zero || !rests) {
       needed_ = set_point_is_zero && (needed_ || held_back);
       rested_ = 0.0;
-      return limit_ = kUnbounded;
+      return limit_ = HUGE_VAL;
     }
     rested_ += period;
     if (held_back) return limit_ = std::max(0.0, limit_ - kReleaseRate * period);
@@ -57,9 +55,9 @@ class Standstill {
 
   WheelVector command_ = WheelVector::Zero();
   WheelVector speed_ = WheelVector::Zero();
-  double limit_ = kUnbounded;  // [rad/s]
-  double rested_ = 0.0;        // [s]
-  bool needed_ = false;        // the robot moved without the command, since its set point is zero
+  double limit_ = HUGE_VAL;  // [rad/s]
+  double rested_ = 0.0;      // [s]
+  bool needed_ = false;      // the robot moved without the command, since its set point is zero
 };
 
 }  // namespace jackal_aic

@@ -25,9 +25,12 @@ struct MarginBounds {
   double delay = 0.03;  ///< [s]
 };
 
-/// Margins of a loop to the limit of stability. A walk in steps of a fifth of the gain and of about a quarter of an
-/// action period finds the first change of the verdict; a narrower gap is missed.
+/// Spectral radius of a loop and its margins to the limit of stability. A walk in steps of a tenth of the gain, and of
+/// a quarter of an action period or a tenth of the extra dead time, finds the first change of the verdict; a narrower
+/// gap is missed.
 struct Margins {
+  double spectral_radius = 0.0;     ///< of the map over one common period, for the worst phase
+  double radius_uncertainty = 0.0;  ///< the true radius is not above spectral_radius, and less than this below it
   double gain_margin = 1.0;  ///< factor on the gain at which the radius is 1: above 1 if stable, else below (0: none);
                              ///< at most kLargestGainMargin
   double gain_reduction = 1.0;   ///< as gain_margin, for a lower gain: below 1 if stable; 0 if none down to 1e-3
@@ -39,24 +42,16 @@ struct Margins {
   bool keeps(const MarginBounds& bounds) const { return gain_margin >= bounds.gain && delay_margin >= bounds.delay; }
 };
 
-/// Certificate of one mode of the loop.
-struct ModeCertificate : Margins {
-  double spectral_radius = 0.0;     ///< of the map over one common period, for the worst phase
-  double radius_uncertainty = 0.0;  ///< the true radius is not above spectral_radius, and less than this below it
-};
-
-/// Stability certificate, for the worst phase between the timers of sensor and action; its margins are the smaller ones
-/// of both modes.
+/// Stability certificate, for the worst phase between the timers of sensor and action: of both modes the larger radius
+/// and the smaller margins.
 struct Certificate : Margins {
   double belief_spectral_radius = 0.0;  ///< of the belief alone, which also runs while the robot is stopped
-  double loop_spectral_radius = 0.0;    ///< of the closed loop over one common period
-  double radius_uncertainty = 0.0;      ///< the true radius is not above it, and less than this below it
   double period = 0.0;                  ///< common period of sensor, belief and action [s]
-  ModeCertificate straight;             ///< driving straight
-  ModeCertificate turn;                 ///< turning; the same as straight in the predictive structure
+  Margins straight;                     ///< driving straight
+  Margins turn;                         ///< turning; the same as straight in the predictive structure
 
   /// True if belief and loop are stable.
-  bool stable() const { return belief_spectral_radius < kStabilityLimit && loop_spectral_radius < kStabilityLimit; }
+  bool stable() const { return belief_spectral_radius < kStabilityLimit && spectral_radius < kStabilityLimit; }
 };
 
 /// Certifies a loop. Takes some tens of milliseconds at an action rate of 50 Hz; the time grows with the cube of dead

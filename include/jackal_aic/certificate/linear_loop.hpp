@@ -21,11 +21,11 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "jackal_aic/aic/parameters.hpp"
 #include "jackal_aic/aic/spectral_radius.hpp"
-#include "jackal_aic/certificate/loop_clock.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/wheel_belief.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
@@ -35,6 +35,23 @@ namespace jackal_aic {
 /// A spectral radius below this is stable. A neutral mode has the radius 1, which is not stable; rounding of the map's
 /// entries may lower it slightly.
 inline constexpr double kStabilityLimit = 1.0 - 1e-12;
+
+/// Events of a period, in their order at equal times.
+enum class LoopEvent { sensor, predict, belief, action, command_arrives };
+
+/// Events of a common period.
+struct LoopClock {
+  std::int64_t action_period = 1;  ///< [ns]
+  std::int64_t action_steps = 1;   ///< per common period, as all counts
+  std::int64_t sensor_steps = 1;   ///< samples
+  std::int64_t belief_steps = 1;   ///< belief updates
+  std::int64_t predict_steps = 0;  ///< inner steps of the belief
+
+  /// Events of a period as (time [ns], event), in order; those at its beginning belong to the period before.
+  /// @param command_late of a command after an action step [ns], 0: at once; @param sample_early of a sample before the
+  /// action step that uses it [ns].
+  std::vector<std::pair<std::int64_t, LoopEvent>> events(std::int64_t command_late, std::int64_t sample_early) const;
+};
 
 /// The loops by symmetry.
 enum class LoopMode {

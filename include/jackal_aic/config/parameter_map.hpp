@@ -156,16 +156,9 @@ class FieldList {
   void field(const char* name, std::uint64_t value, const char* unit, Presence presence) {
     fields.push_back({name, static_cast<std::int64_t>(value), std::nullopt, unit, {}, presence});
   }
-  /// True or false.
-  void field(const char* name, bool value, Presence presence) {
-    fields.push_back({name, value, std::nullopt, "", {}, presence});
-  }
-  /// A text.
-  void field(const char* name, const std::string& value, Presence presence) {
-    fields.push_back({name, value, std::nullopt, "", {}, presence});
-  }
-  /// Texts.
-  void field(const char* name, const std::vector<std::string>& value, Presence presence) {
+  /// True or false, a text, or texts.
+  template <class Value>
+  void field(const char* name, const Value& value, Presence presence) {
     fields.push_back({name, value, std::nullopt, "", {}, presence});
   }
   /// Numbers in bounds.

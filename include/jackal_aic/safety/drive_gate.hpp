@@ -15,8 +15,6 @@
 /// once the cause is gone (a fault for brake.fault_hold), a zero set point or a pause of the set points releases it. A
 /// moving set point does not, because it was sent before the stop.
 
-#include <limits>
-
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/safety/command_limiter.hpp"
@@ -24,50 +22,6 @@
 #include "jackal_aic/safety/stop_cause.hpp"
 
 namespace jackal_aic {
-
-/// Age of an input that was never received [s].
-inline constexpr double kNever = std::numeric_limits<double>::infinity();
-
-/// Age of each input of the controller [s]: the larger of the age of its stamp and the time since it arrived; kNever if
-/// it was never received. A stamp in the future gives a negative age.
-struct InputAges {
-  double set_point = kNever;    ///< last valid set point
-  double wheels = kNever;       ///< last valid wheel speeds
-  double imu = kNever;          ///< last valid IMU sample
-  double measurement = kNever;  ///< last pair of wheel speeds and IMU sample that the controller took
-  double feedback = kNever;     ///< last feedback of the motors; kNever on a robot without
-  double unpaired = kNever;     ///< time since both sources send without a pair; 0 before
-};
-
-/// True for a received input whose age is beyond its deadline, in the past or the future; 0: no deadline.
-bool isLate(double age, double deadline);
-
-/// Health of a source of measurements.
-struct SourceHealth {
-  bool missing = false;                             ///< never received
-  bool late = false;                                ///< past its deadline
-  bool frozen = false;                              ///< it repeats exactly
-  bool silent() const { return missing || late; }   ///< no new sample
-  bool lost() const { return silent() || frozen; }  ///< unusable
-};
-
-/// Health of all measurements.
-struct SensorHealth {
-  SourceHealth wheels;    ///< of the encoders
-  SourceHealth imu;       ///< of gyro and accelerometer
-  bool unpaired = false;  ///< no pair of both was taken for longer than their deadlines allow
-};
-
-/// Health by the ages of the inputs; the caller sets `frozen`. A source older than its deadline, or stamped further
-/// ahead, is late.
-SensorHealth sensorHealth(const InputAges& ages, const DeadlineParameters& deadlines);
-
-/// Every loss as a cause to stop.
-StopCauses lossCauses(const SensorHealth& health);
-
-/// Causes by the ages of set point and feedback: older than the deadline, or stamped further ahead; or a set point that
-/// was never received.
-StopCauses overdueInputs(const InputAges& ages, const DeadlineParameters& deadlines);
 
 /// False if a belief is not finite, or beyond plausibility.speed_factor times the speed limits; an infinite factor
 /// switches this check off.

@@ -10,16 +10,16 @@
 #include "jackal_aic/model/types.hpp"
 #include "jackal_aic/predictive/learned_model.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
-#include "jackal_aic/safety/frozen_source.hpp"
+#include "jackal_aic/safety/input_source.hpp"
 #include "jackal_aic/safety/motor_share.hpp"
 
 namespace jackal_aic {
 
 /// One message of a sensor.
 struct SensorReading {
-  Observation observation;      ///< with the channels of this sensor only
-  FrozenSource::Sample sample;  ///< raw values, to detect exact repetition
-  bool may_repeat = false;      ///< exact repetition is normal while the robot moves
+  Observation observation;     ///< with the channels of this sensor only
+  InputSource::Sample sample;  ///< raw values, to detect exact repetition
+  bool may_repeat = false;     ///< exact repetition is normal while the robot moves
 };
 
 /// What the robot and its surroundings report in addition to the measurements.

@@ -14,6 +14,7 @@
 ///
 /// The node, the experiments without ROS and the tests drive through this class.
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -30,7 +31,7 @@
 #include "jackal_aic/predictive/predictive_controller.hpp"
 #include "jackal_aic/safety/drive_gate.hpp"
 #include "jackal_aic/safety/drive_input.hpp"
-#include "jackal_aic/safety/frozen_source.hpp"
+#include "jackal_aic/safety/input_source.hpp"
 #include "jackal_aic/safety/measurement_watch.hpp"
 #include "jackal_aic/safety/motor_share.hpp"
 #include "jackal_aic/safety/phase_lock.hpp"
@@ -183,14 +184,7 @@ class DriveLoop {
   const ImuAtRest& imuAtRest() const { return measurements_.imuAtRest(); }  ///< calibration of the IMU
 
  private:
-  static constexpr int kBack = 5;  // messages in time that end a silence
   static inline const BodyVector kNotMeasured = BodyVector::Constant(std::numeric_limits<double>::quiet_NaN());
-
-  struct Arrival {
-    double stamp = 0.0;         // s
-    double received = -kNever;  // s
-    int in_time = kBack;        // messages in a row that came within the deadline of the one before
-  };
 
   template <class Input>
   void notify(double now, const Input& input) const {
@@ -198,13 +192,11 @@ class DriveLoop {
   }
   bool takeObservation(const Observation& observation, double now);
   bool refuseStamp(double stamp, double now);
-  void take(Arrival& source, double deadline, double stamp, double now);
-  static double age(const Arrival& arrival, double now);
+  void receive(InputSource& source, double stamp, double now);
   void noteTime(double now);
   void catchUp(double now);
   void restart(double now);
   void reset(double now);
-  InputAges ages(double now) const;
   SensorHealth health(double now) const;
   WheelCommand appliedCommand(double now);
 
@@ -228,25 +220,23 @@ class DriveLoop {
   StepSchedule schedule_;
   PhaseLock phase_;
   MotorShare motors_;
-  FrozenSource frozen_wheels_;
-  FrozenSource frozen_imu_;
+  InputSource set_points_;
+  InputSource wheels_;
+  InputSource imu_;
+  InputSource feedback_;
+  InputSource measurement_;  // taken by the controller
 
   std::function<void(const DriveInput&)> listener_;
-  double now_ = -kNever;  // of the last call [s]
+  double now_ = -HUGE_VAL;  // of the last call [s]
   SetPoint set_point_;
-  Arrival set_point_arrival_;
   double set_point_pause_ = 0.0;  // time of action steps since the start without any set point [s]
-  Arrival wheels_;
-  Arrival imu_;
   BodyVector measured_ = kNotMeasured;
-  Arrival feedback_;
-  Arrival measurement_;             // the last accepted by the controller
-  double unpaired_since_ = kNever;  // start of the time in which both sources send without a pair [s]
-  ChannelValidity counted_;         // of the last measurement
-  bool observed_alone_ = false;     // it was of one source, while the other was silent
+  double unpaired_since_ = HUGE_VAL;  // start of the time in which both sources send without a pair [s]
+  ChannelValidity counted_;           // of the last measurement
+  bool observed_alone_ = false;       // it was of one source, while the other was silent
   RobotStatus robot_;
-  bool clock_jumped_ = false;     // the clock jumped back, and the robot has not come to rest since
-  double last_action_ = -kNever;  // time of the last action step [s]
+  bool clock_jumped_ = false;       // the clock jumped back, and the robot has not come to rest since
+  double last_action_ = -HUGE_VAL;  // time of the last action step [s]
   WheelCommand action_;
   DriveLoopStatus status_;  // but for what status() adds
 };

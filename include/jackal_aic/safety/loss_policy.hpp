@@ -38,7 +38,7 @@ void describeFields(Visitor& v, LossPolicyParameters& p) {
 
 /// How a controller tolerates missing channels.
 enum class LossTolerance {
-  one_of_three,  ///< the thesis' structures: any two of yaw rate and wheels suffice (sensor_reconstruction.hpp)
+  one_of_three,  ///< the thesis' structures: any two of yaw rate and wheels suffice (reconstructed())
   model,         ///< the predictive structure: its model needs none of them
   open_loop      ///< the baseline uses no channel
 };

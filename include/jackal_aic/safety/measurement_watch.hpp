@@ -13,11 +13,18 @@
 #include "jackal_aic/model/imu_at_rest.hpp"
 #include "jackal_aic/model/plant_model.hpp"
 #include "jackal_aic/model/types.hpp"
-#include "jackal_aic/safety/drive_gate.hpp"
+#include "jackal_aic/safety/input_source.hpp"
 #include "jackal_aic/safety/loss_policy.hpp"
 #include "jackal_aic/safety/stop_cause.hpp"
 
 namespace jackal_aic {
+
+/// Health of all measurements.
+struct SensorHealth {
+  SourceHealth wheels;    ///< of the encoders
+  SourceHealth imu;       ///< of gyro and accelerometer
+  bool unpaired = false;  ///< no pair of both was taken for longer than their deadlines allow
+};
 
 /// Settings of the watch.
 struct MeasurementWatchParameters {

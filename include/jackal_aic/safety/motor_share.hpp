@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "jackal_aic/model/thresholds.hpp"
 #include "jackal_aic/model/types.hpp"
 
 namespace jackal_aic {
@@ -20,16 +21,14 @@ enum class AppliedSource {
 };
 
 /// Compares the commands that reached the motors with those that we sent shortly before. They are ours while they lie
-/// among ours or approach them, as behind a multiplexer with limits. After kPatience without that, another source
-/// drives. Then offer() is the command to send: the applied command and a step towards our goal. So the command does
-/// not jump at the hand-over, and motors that follow the step are ours again. Nothing here allocates or throws; time
-/// never decreases.
+/// among ours or approach them, as behind a multiplexer with limits. After thresholds::kPatience without that, another
+/// source drives; a command also reaches the motors within that time, and applied commands older than that do not
+/// count. While another source drives, offer() is the command to send: the applied command and a step towards our goal.
+/// So the command does not jump at the hand-over, and motors that follow the step are ours again. Nothing here
+/// allocates or throws; time never decreases.
 class MotorShare {
  public:
-  static constexpr double kMemory = 0.3;    ///< longest delay of a command to the motors [s]
-  static constexpr double kPatience = 0.2;  ///< of applied commands that are not ours [s]
-  static constexpr double kOffer = 1.5;     ///< largest step of an offer [rad/s], 0.15 m/s
-  static constexpr double kSilence = 0.25;  ///< without applied commands, after which they do not count [s]
+  static constexpr double kOffer = 1.5;  ///< largest step of an offer [rad/s], 0.15 m/s
 
   /// Takes a command that we send. @param time [s].
   void send(double time, const WheelCommand& command);
@@ -59,19 +58,17 @@ class MotorShare {
   void reset() { *this = MotorShare(); }
 
  private:
-  static constexpr std::size_t kMostSent = 320;  // kMemory at the highest action rate, 1 kHz
-
   struct Sent {
     double time = 0.0;
     WheelVector command = WheelVector::Zero();
   };
 
-  bool known(double time) const { return any_ && time - applied_time_ <= kSilence; }
+  bool known(double time) const { return any_ && time - applied_time_ <= thresholds::kPatience; }
   void apply(double time, const WheelCommand& command, double tolerance);
   double distance(double time, const WheelVector& tolerance) const;
   bool follows(const WheelVector& before, const WheelVector& tolerance) const;
 
-  std::array<Sent, kMostSent> sent_{};  // a ring
+  std::array<Sent, 320> sent_{};  // a ring, of 0.3 s at the highest action rate, 1 kHz
   std::size_t head_ = 0;
   std::size_t count_ = 0;
   WheelCommand applied_;

@@ -12,8 +12,8 @@ namespace jackal_aic {
 /// Locks the phase of a periodic action to measurements of any rate: the action moves to the phase with the smallest
 /// mean age of the recent measurements. A measurement right after the action waits for a whole period, one before it
 /// only until the action. So the action follows the measurements closely, jitter included, and does not wait for rare
-/// late ones. The period changes by up to longestShift(), or by more once after the start or a silence. No clock: times
-/// are passed in nanoseconds. Nothing allocates.
+/// late ones. The period changes by up to 1/64, or by more once after the start or a silence. No clock: times are
+/// passed in nanoseconds. Nothing allocates.
 class PhaseLock {
  public:
   /// @param period of the action [ns], 1000 or more.
@@ -24,19 +24,17 @@ class PhaseLock {
   void arrived(std::int64_t now);
 
   /// Time at which the next action is due [ns], after one that was due at `due`: a period later, plus or minus
-  /// longestShift(). Up to two periods before the phase is locked. `now` if the time is missed by a period.
+  /// 1/64 of it. Up to two periods before the phase is locked. `now` if the time is missed by a period.
   /// @param now the present time [ns].
   std::int64_t next(std::int64_t due, std::int64_t now);
 
   /// Forgets the measurements: the next of them locks the phase again.
   void reset();
 
-  /// Largest change of a period while locked [ns].
-  std::int64_t longestShift() const { return period_ / 40; }
-
  private:
   static constexpr std::size_t kMost = 40;  // measurements that count, at 50 Hz those of 0.8 s
 
+  std::int64_t margin() const { return period_ / 64; }  // 0.3 ms of 20 ms
   std::int64_t drift() const;
   std::int64_t bestShift(std::int64_t due) const;
 

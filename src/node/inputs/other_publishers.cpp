@@ -11,12 +11,12 @@
 #include <chrono>
 #include <cstdint>
 
+#include "process/wall_times.hpp"
+
 namespace jackal_aic {
 namespace {
 
-constexpr double kPeriod = 0.5, kFirstPeriod = 0.1;  // s of wall time between checks, later and until all is checked
-// Wall time until a connected publisher is received [s]: roscpp counts a connection before the publisher answers it.
-constexpr double kArrival = 0.5;
+constexpr double kFirstPeriod = 0.1;  // s of wall time between checks until all is checked
 
 bool ask(const char* question, const std::string& about, XmlRpc::XmlRpcValue& answer) {
   XmlRpc::XmlRpcValue request, response;
@@ -56,7 +56,7 @@ void OtherPublishers::watch(ros::NodeHandle node, bool until_checked) {
   timer_ = node.createWallTimer(ros::WallDuration(kFirstPeriod), [this, until_checked](const ros::WallTimerEvent&) {
     check();
     const bool checked = emergency_stop_.connected && set_points_.connected;
-    if (checked) timer_.setPeriod(ros::WallDuration(kPeriod));
+    if (checked) timer_.setPeriod(ros::WallDuration(kCheckPeriod));
     if (checked && until_checked) timer_.stop();
   });
 }
@@ -77,7 +77,8 @@ void OtherPublishers::check() {
       for (const std::string& node : nodes) sources.push_back(node + " on " + subscriber.getTopic());
       if (subscriber.getNumPublishers() < nodes.size()) input.unconnected = now;
     }
-    return sources.empty() || (now - input.unconnected).toSec() > kArrival;
+    // roscpp counts a connection before the publisher answers it.
+    return sources.empty() || (now - input.unconnected).toSec() > kCheckPeriod;
   };
   const bool stop_connected = connect(emergency_stop_, stops);
   const bool set_points_connected = connect(set_points_, wishes);

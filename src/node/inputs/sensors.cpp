@@ -14,7 +14,6 @@
 namespace jackal_aic {
 namespace {
 
-constexpr int kQueueLength = 20;
 /// Both sensors run at 50 Hz: knowing that the next message is at least this far away lets the pairing decide at once
 /// instead of waiting a period for a better partner. A busy robot stamps some messages only 2 ms apart; they contain no
 /// new data and are not paired.
@@ -137,7 +136,7 @@ void SensorPairing::reset() {
   accelerations_.reset();
   // A new synchronizer, because the old one keeps messages and refuses stamps from before them.
   synchronizer_.reset();
-  Policy policy(kQueueLength);
+  Policy policy(20);
   policy.setInterMessageLowerBound(0, kShortestPeriod);
   policy.setInterMessageLowerBound(1, kShortestPeriod);
   policy.setMaxIntervalDuration(ros::Duration(names_.pairing_tolerance));

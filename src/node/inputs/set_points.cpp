@@ -9,19 +9,18 @@
 #include <utility>
 
 #include "jackal_aic/config/parameter_map.hpp"
+#include "process/wall_times.hpp"
 
 namespace jackal_aic {
 namespace {
 
-constexpr double kRivalry = 0.5;        // s of wall time within which two nodes send "at the same time"
-constexpr double kSameClock = 1.0;      // s; a larger difference is another clock, not a delay
-constexpr double kWarningPeriod = 5.0;  // s
+constexpr double kSameClock = 1.0;  // s; a larger difference is another clock, not a delay
 
 // Without this line "too old" would suggest the network, not the sender's clock.
 void warnOfAnotherClock(const std::string& topic, double stamp) {
   const double ahead = stamp - ros::Time::now().toSec();
   if (std::abs(ahead) < kSameClock) return;
-  ROS_WARN_THROTTLE(kWarningPeriod, "Set points on %s are stamped %.0f s %s this node's clock: they count as too old",
+  ROS_WARN_THROTTLE(10.0, "Set points on %s are stamped %.0f s %s this node's clock: they count as too old",
                     topic.c_str(), std::abs(ahead), ahead > 0.0 ? "ahead of" : "behind");
 }
 
@@ -70,7 +69,7 @@ void SetPointSource::requireForeign(const std::vector<std::string>& ours) const 
 }
 
 std::string SetPointSource::rivals() const {
-  const ros::WallTime since = ros::WallTime::now() - ros::WallDuration(kRivalry);
+  const ros::WallTime since = ros::WallTime::now() - ros::WallDuration(kCheckPeriod);
   if (other_.time < since || sender_.time < since) return "";
   const auto [first, second] = std::minmax(other_.name, sender_.name);  // the two send by turns
   return first + " and " + second + " on " + topic();

@@ -6,12 +6,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "process/wall_times.hpp"
 
 namespace jackal_aic {
 namespace {
-
-constexpr double kSensorPatience = 3.0;  // s of wall time after which missing sensors are reported
-constexpr double kConnection = 2.0;      // s of wall time in which a subscriber finds the commands at the start
 
 /// A remedy as the next sentence, or an empty text.
 std::string sentence(const char* remedy) { return *remedy == '\0' ? "" : std::string(". ") + remedy; }
@@ -173,7 +171,7 @@ void DiagnosticsOutput::announce() {
   ready_logged_ = drives || reported_->missing.empty();
   if (ready_logged_ && !drives) {
     ROS_INFO("Ready (%s). Waiting for set points on %s", preset_.c_str(), set_point_topic_.c_str());
-  } else if (!ready_logged_ && (ros::WallTime::now() - started_).toSec() > kSensorPatience) {
+  } else if (!ready_logged_ && (ros::WallTime::now() - started_).toSec() > kConnectionTime) {
     ROS_WARN_ONCE("%s: start the robot's bringup, or the simulation, first", reported_->missing.c_str());
   }
 }
@@ -192,7 +190,7 @@ void DiagnosticsOutput::publish() {
 }
 
 void DiagnosticsOutput::fill(diagnostic_updater::DiagnosticStatusWrapper& status) {
-  const bool lasted = (ros::WallTime::now() - connected_).toSec() > kConnection;
+  const bool lasted = (ros::WallTime::now() - connected_).toSec() > kConnectionTime;
   const Snapshot snapshot = reported_.value_or(Snapshot{});
   report_.diagnose(status, snapshot.missing, lasted ? snapshot.around.no_subscriber : "");
   status.add("Rejected measurements", snapshot.status.rejected_measurements + snapshot.around.rejected);

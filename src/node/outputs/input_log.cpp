@@ -11,10 +11,8 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kKeptTime = 20.0;             // of inputs kept before the first recorder [s]
-constexpr double kInputRate = 800.0;           // twice 50 Hz of sensors, their pairs, feedback, commands and actions
+constexpr std::size_t kKept = 16000;           // inputs before the first recorder: 20 s of twice the usual rates
 constexpr double kConfigurationPeriod = 10.0;  // s
-constexpr std::uint32_t kQueue = 100;          // messages: 2 s of a busy recorder
 
 /// Appends numbers to a list, or reads them from it in the same order.
 class Archive {
@@ -112,12 +110,12 @@ struct Values {
 };
 
 using What = decltype(DriveInput::what);
-constexpr std::size_t kKinds = std::variant_size_v<What>;
-static_assert(kKinds == LoopInput::START + 1, "the constants of LoopInput.msg are the indices of the variant");
+static_assert(std::variant_size_v<What> == LoopInput::START + 1,
+              "the constants of LoopInput.msg are the indices of the variant");
 
 /// An empty input of each kind.
 template <std::size_t... kinds>
-std::array<What, kKinds> emptyInputs(std::index_sequence<kinds...>) {
+std::array<What, sizeof...(kinds)> emptyInputs(std::index_sequence<kinds...>) {
   return {What(std::in_place_index<kinds>)...};
 }
 
@@ -137,12 +135,12 @@ void addInput(const DriveInput& input, LoopInputs& message) {
 }
 
 std::vector<DriveInput> inputsOf(const LoopInputs& message) {
-  static const auto kEmpty = emptyInputs(std::make_index_sequence<kKinds>());
+  static const auto kEmpty = emptyInputs(std::make_index_sequence<std::variant_size_v<What>>());
   std::vector<DriveInput> inputs;
   inputs.reserve(message.inputs.size());
   std::size_t gains = 0;
   for (const LoopInput& recorded : message.inputs) {
-    if (recorded.kind >= kKinds) {
+    if (recorded.kind >= kEmpty.size()) {
       throw ParameterError(fmt::format("a recorded input is of kind {}, which is not known", recorded.kind));
     }
     DriveInput input{recorded.now, kEmpty[recorded.kind]};
@@ -163,16 +161,15 @@ std::vector<DriveInput> inputsOf(const LoopInputs& message) {
 }
 
 InputLog::InputLog(ros::NodeHandle& node, const NodeParameters& parameters, DriveLoop& loop)
-    : configuration_(parameters), publisher_(node.advertise<LoopInputs>("jackal_AIC/inputs", kQueue)) {
-  kept_.reserve(static_cast<std::size_t>(kKeptTime * kInputRate));
+    : configuration_(parameters), publisher_(node.advertise<LoopInputs>("jackal_AIC/inputs", 100)) {
+  kept_.reserve(kKept);
   loop.listen([this](const DriveInput& input) { keep(input); });
 }
 
 void InputLog::keep(const DriveInput& input) {
   if (kept_.size() == kept_.capacity()) {
     ROS_WARN_ONCE(
-        "Nothing recorded jackal_AIC/inputs in the first %.0f s: a later recording cannot be replayed bit by bit",
-        kKeptTime);
+        "Nothing recorded jackal_AIC/inputs in the first 20 s: a later recording cannot be replayed bit by bit");
     dropKept();
   }
   kept_.push_back(input);

@@ -7,27 +7,28 @@
 namespace jackal_aic {
 namespace {
 
-constexpr int kSize = 6;                   // of a covariance: x, y, z, roll, pitch, yaw
-constexpr int kPlanar[] = {0, 1, 5};       // rows of x, y and yaw
-constexpr int kMotion[] = {0, 5};          // rows of the forward speed and the yaw rate
-constexpr double kGroundVariance = 0.001;  // m^2, of the exact initial pose
-constexpr double kSmallVariance = 0.001;   // (m/s)^2, of speeds that wheels do not have, as in the stock odometry
+/// Of a pose that is exact at first [m^2], and of the speeds that wheels do not have [(m/s)^2]; as in the stock
+/// odometry.
+constexpr double kSmallVariance = 0.001;
 
-/// The diagonal of the components that wheels and gyro do not measure: y and z, roll and pitch.
-void setRest(double sideways, double vertical, Covariance& covariance) {
-  covariance.fill(0.0);
-  covariance[1 * kSize + 1] = sideways;
-  covariance[2 * kSize + 2] = vertical;
-  covariance[3 * kSize + 3] = covariance[4 * kSize + 4] = kUnknownVariance;
+/// Rows of x, y, z, roll, pitch, yaw.
+using Matrix = Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>;
+
+/// Zero but for the components that wheels and gyro do not measure: y and z, roll and pitch.
+Matrix withRest(double sideways, double vertical, Covariance& covariance) {
+  Matrix matrix(covariance.data());
+  matrix.setZero();
+  matrix.diagonal().segment<4>(1) << sideways, vertical, kUnknownVariance, kUnknownVariance;
+  return matrix;
 }
 
 }  // namespace
 
-void fillMotionCovariance(const Eigen::Matrix2d& covariance, double rest, Covariance& matrix) {
-  setRest(rest, rest, matrix);
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) matrix[kMotion[i] * kSize + kMotion[j]] = covariance(i, j);
-  }
+void fillMotionCovariance(const Eigen::Matrix2d& covariance, double rest, Covariance& message) {
+  Matrix matrix = withRest(rest, rest, message);
+  matrix(0, 0) = covariance(0, 0);
+  matrix(0, 5) = matrix(5, 0) = covariance(0, 1);
+  matrix(5, 5) = covariance(1, 1);
 }
 
 void fillOdometry(const PlanarPose& pose, const Eigen::Matrix3d& covariance, const PlanarMotion& motion,
@@ -38,12 +39,12 @@ void fillOdometry(const PlanarPose& pose, const Eigen::Matrix3d& covariance, con
   message.pose.pose.orientation.w = std::cos(0.5 * pose.heading);
   message.twist.twist.linear.x = motion.forward;
   message.twist.twist.angular.z = motion.yaw_rate;
-  auto& matrix = message.pose.covariance;
-  setRest(0.0, kUnknownVariance, matrix);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) matrix[kPlanar[i] * kSize + kPlanar[j]] = covariance(i, j);
-    matrix[kPlanar[i] * (kSize + 1)] += kGroundVariance;
-  }
+  const Eigen::Matrix3d uncertain = covariance + kSmallVariance * Eigen::Matrix3d::Identity();
+  Matrix matrix = withRest(0.0, kUnknownVariance, message.pose.covariance);
+  matrix.topLeftCorner<2, 2>() = uncertain.topLeftCorner<2, 2>();
+  matrix.topRightCorner<2, 1>() = uncertain.topRightCorner<2, 1>();
+  matrix.bottomLeftCorner<1, 2>() = uncertain.bottomLeftCorner<1, 2>();
+  matrix(5, 5) = uncertain(2, 2);
   fillMotionCovariance(motion.covariance, kSmallVariance, message.twist.covariance);
 }
 

@@ -85,8 +85,7 @@ class GainServer {
     server_.setConfigMin(rangeOf(running_, &Bounds::low, Config::__getMin__()));
     server_.setConfigMax(rangeOf(running_, &Bounds::high, Config::__getMax__()));
     server_.setCallback([this](Config& config, std::uint32_t level) {
-      constexpr std::uint32_t kAtStart = ~0u;  // the server calls when it gets its callback
-      if (level != kAtStart) onRequest(settingsOf(config));
+      if (level != ~0u) onRequest(settingsOf(config));  // ~0: the server calls when it gets its callback
       NamedValues now;
       for (const Field& field : fieldsOf(running_)) now[field.name] = field.value;
       config = withSettings(config, now);

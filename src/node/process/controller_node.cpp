@@ -4,11 +4,11 @@
 #include <cmath>
 #include <variant>
 
+#include "process/wall_times.hpp"
+
 namespace jackal_aic {
 namespace {
 
-constexpr double kClockPeriod = 0.5;    // s of wall time between checks of the clock
-constexpr double kPatience = 0.5;       // s; beyond the longest brake
 constexpr double kReportPeriod = 0.05;  // s of wall time between log lines
 
 ros::NodeHandle withQueue(ros::NodeHandle node, ros::CallbackQueue& queue) {
@@ -56,7 +56,7 @@ ControllerNode::ControllerNode(const ros::NodeHandle& node, const ros::NodeHandl
   setActionTimer(currentTime() + period);
   // A clock that is set back stalls the action timer until the timer is set again.
   clock_timer_ =
-      node_.createWallTimer(ros::WallDuration(kClockPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
+      node_.createWallTimer(ros::WallDuration(kCheckPeriod), [this](const ros::WallTimerEvent&) { currentTime(); });
   const auto report = [this](const ros::WallTimerEvent&) { diagnostics_.publish(); };
   report_timer_ = withQueue(node_, requests_).createWallTimer(ros::WallDuration(kReportPeriod), report);
   others_.watch(withQueue(node_, requests_));
@@ -145,7 +145,7 @@ bool ControllerNode::run(StopRequest& stop) {
   ending_ = true;
   const auto at_rest = [this] { return loop_.command() == WheelCommand{}; };
   // A paused simulation never comes to rest.
-  stop.spinWhile([&] { return !at_rest(); }, parameters_.gate.brake.time + kPatience);
+  stop.spinWhile([&] { return !at_rest(); }, parameters_.gate.brake.time + kCheckPeriod);
   if (!others_.contended()) output_.publish({});
   if (at_rest()) {
     ROS_INFO("Stopping; wheels at zero");

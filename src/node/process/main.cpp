@@ -6,17 +6,16 @@
 #include "parameters/ros_parameters.hpp"
 #include "process/controller_node.hpp"
 #include "process/shutdown.hpp"
+#include "process/wall_times.hpp"
 
 namespace {
-
-constexpr double kCheckPeriod = 0.5;  // s between checks for the robot's description
 
 /// Waits for the URDF, which the robot's bringup sets. Empty if the node ends meanwhile.
 std::string awaitRobotDescription(const ros::NodeHandle& node) {
   std::string urdf;
   while ((urdf = jackal_aic::robotDescription(node)).empty() && ros::ok() && !jackal_aic::StopRequest::requested()) {
     ROS_WARN_ONCE("No robot_description yet: start the robot's bringup first. Waiting for it");
-    ros::WallDuration(kCheckPeriod).sleep();
+    ros::WallDuration(jackal_aic::kCheckPeriod).sleep();
   }
   return urdf;
 }
