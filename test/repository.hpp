@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml.hpp"
 
 namespace jackal_aic {
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "jackal_aic/config/text.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml.hpp"
 #include "parameters/node_parameters.hpp"
 #include "plant_conversion.hpp"
 

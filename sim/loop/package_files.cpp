@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <map>
 
-#include "jackal_aic/config/text_file.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/text.hpp"
+#include "jackal_aic/config/yaml.hpp"
 
 namespace jackal_aic::sim {
 namespace {

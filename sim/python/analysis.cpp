@@ -2,7 +2,7 @@
 
 #include "bindings.hpp"
 #include "jackal_aic/certificate/certificate.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml.hpp"
 #include "jackal_aic/faults/fault_monitor.hpp"
 #include "jackal_aic/odometry/odometry.hpp"
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "bindings.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml.hpp"
 
 namespace jackal_aic::python {
 namespace {

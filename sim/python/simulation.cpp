@@ -10,7 +10,7 @@
 #include "bindings.hpp"
 #include "injected_faults.hpp"
 #include "jackal_aic/aic/belief_update.hpp"
-#include "jackal_aic/config/yaml_text.hpp"
+#include "jackal_aic/config/yaml.hpp"
 #include "jackal_aic/faults/fault.hpp"
 #include "jackal_aic/safety/loop_odometry.hpp"
 

@@ -25,7 +25,9 @@ constexpr int kMostActionSteps = 50;                             // of a common 
 enum { kSpeed, kCorrection, kDisturbance, kMeasured, kStates };  // states of a predictive controller
 constexpr int kMostPeriods = 20000;                              // until the belief's gain has converged
 constexpr double kConverged = 1e-12;                             // relative change of the gain over a period
-constexpr int kPhases = 9;                                       // of the timers, from 0 to the longest
+constexpr int kPhases = 5;                                       // of the timers, from 0 to the longest
+constexpr int kRefinements = 4;                                  // halvings of the distance between two phases
+constexpr double kClose = 0.02;  // to a radius of 1: more than the radius changes between two phases
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
@@ -368,13 +370,23 @@ double LinearLoop::spectralRadius(LoopMode mode, const LoopChange& change) const
 
 double LinearLoop::longestPhase() const { return std::min(1.0 / robot_.sensor_rate, actionPeriod()); }
 
-/// Largest over a grid of phases. @param enough radius at which the search ends.
+/// Largest over a grid of phases, and between the neighbours of its largest value where that is close to the limit of
+/// stability, so that the verdict does not depend on the grid. @param enough radius at which the search ends.
 LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, double enough) const {
   WorstPhase worst{-HUGE_VAL, 0.0};
-  for (int i = 0; i < kPhases && worst.radius < enough; ++i) {
-    change.phase = i * longestPhase() / (kPhases - 1);
+  const auto evaluate = [&](double phase) {
+    if (worst.radius >= enough || phase < 0.0 || phase > longestPhase()) return;
+    change.phase = phase;
     const double radius = jackal_aic::spectralRadius(periodMap(mode, change));
-    if (radius > worst.radius) worst = {radius, change.phase};
+    if (radius > worst.radius) worst = {radius, phase};
+  };
+  double distance = longestPhase() / (kPhases - 1);
+  for (int i = 0; i < kPhases; ++i) evaluate(i * distance);
+  for (int i = 0; i < kRefinements && std::abs(worst.radius - 1.0) < kClose; ++i) {
+    distance *= 0.5;
+    const double centre = worst.phase;
+    evaluate(centre - distance);
+    evaluate(centre + distance);
   }
   return worst;
 }

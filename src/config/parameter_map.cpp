@@ -114,71 +114,68 @@ const ParameterValue* ParameterReader::lookup(const char* name, Presence presenc
   return value;
 }
 
+template <class Type, class Suits>
+const Type* ParameterReader::given(const char* name, Presence presence, const std::string& expectation, Suits suits) {
+  const ParameterValue* value = lookup(name, presence, expectation);
+  if (value == nullptr) return nullptr;
+  const Type* typed = std::get_if<Type>(value);
+  if (typed == nullptr || !suits(*typed)) refuse(name, *value, expectation);
+  return typed;
+}
+
 void ParameterReader::refuse(const char* name, const ParameterValue& given, const std::string& expectation) const {
   throw ParameterError(key(name) + " = " + describe(given) + ": expected " + expectation);
 }
 
-void ParameterReader::field(const char* name, double& value, Bounds bounds, const char* unit, Presence presence) {
-  const std::string expectation = "a number in " + range(bounds, unit);
-  const ParameterValue* given = lookup(name, presence, expectation);
-  if (given == nullptr) return;
-  const std::optional<double> real = asNumber(*given);
-  if (!real) refuse(name, *given, expectation);
+std::optional<double> ParameterReader::numberIn(const char* name, Bounds bounds, const char* unit, Presence presence,
+                                                bool whole) {
+  const std::string expectation = (whole ? "a whole number in " : "a number in ") + range(bounds, unit);
+  const ParameterValue* value = lookup(name, presence, expectation);
+  if (value == nullptr) return std::nullopt;
+  const std::optional<double> real = asNumber(*value);
+  if (!real || (whole && *real != std::floor(*real))) refuse(name, *value, expectation);
   checkRange(key(name), *real, bounds, unit);
-  value = *real;
+  return real;
+}
+
+void ParameterReader::field(const char* name, double& value, Bounds bounds, const char* unit, Presence presence) {
+  value = numberIn(name, bounds, unit, presence, false).value_or(value);
 }
 
 void ParameterReader::field(const char* name, int& value, Bounds bounds, const char* unit, Presence presence) {
-  const std::string expectation = "a whole number in " + range(bounds, unit);
-  const ParameterValue* given = lookup(name, presence, expectation);
-  if (given == nullptr) return;
-  const std::optional<double> real = asNumber(*given);
-  if (!real || *real != std::floor(*real)) refuse(name, *given, expectation);
-  checkRange(key(name), *real, bounds, unit);
-  value = static_cast<int>(*real);
+  value = static_cast<int>(numberIn(name, bounds, unit, presence, true).value_or(value));
 }
 
 void ParameterReader::field(const char* name, std::uint64_t& value, const char* unit, Presence presence) {
   const std::string expectation = "a whole number, 0 or more" + (*unit ? std::string(" ") + unit : std::string());
-  const ParameterValue* given = lookup(name, presence, expectation);
-  if (given == nullptr) return;
-  const auto* whole = std::get_if<std::int64_t>(given);
-  if (whole == nullptr || *whole < 0) refuse(name, *given, expectation);
-  value = static_cast<std::uint64_t>(*whole);
+  const auto* whole = given<std::int64_t>(name, presence, expectation, [](std::int64_t v) { return v >= 0; });
+  if (whole != nullptr) value = static_cast<std::uint64_t>(*whole);
 }
 
 void ParameterReader::field(const char* name, bool& value, Presence presence) {
-  const ParameterValue* given = lookup(name, presence, "true or false");
-  if (given == nullptr) return;
-  const auto* flag = std::get_if<bool>(given);
-  if (flag == nullptr) refuse(name, *given, "true or false");
-  value = *flag;
+  const auto* flag = given<bool>(name, presence, "true or false", [](bool) { return true; });
+  if (flag != nullptr) value = *flag;
 }
 
 void ParameterReader::field(const char* name, std::string& value, Presence presence) {
-  const ParameterValue* given = lookup(name, presence, "a text");
-  if (given == nullptr) return;
-  const auto* text = std::get_if<std::string>(given);
-  if (text == nullptr || (text->empty() && !value.empty()))
-    refuse(name, *given, "a text that is not empty");  // what may be left out may be empty
-  value = *text;
+  // What may be left out may be empty.
+  const auto suits = [&value](const std::string& text) { return !text.empty() || value.empty(); };
+  const auto* text = given<std::string>(name, presence, "a text that is not empty", suits);
+  if (text != nullptr) value = *text;
 }
 
 void ParameterReader::field(const char* name, std::vector<std::string>& value, Presence presence) {
-  const ParameterValue* given = lookup(name, presence, "a list of words");
-  if (given == nullptr) return;
-  const auto* words = std::get_if<std::vector<std::string>>(given);
-  if (words == nullptr || words->empty()) refuse(name, *given, "a list of words that is not empty");
-  value = *words;
+  const auto suits = [](const std::vector<std::string>& words) { return !words.empty(); };
+  const auto* words = given<std::vector<std::string>>(name, presence, "a list of words that is not empty", suits);
+  if (words != nullptr) value = *words;
 }
 
 void ParameterReader::field(const char* name, std::vector<double>& value, Bounds bounds, std::size_t max_size,
                             const char* unit, Presence presence) {
   const std::string expectation = fmt::format("a list of 1 to {} numbers in {}", max_size, range(bounds, unit));
-  const ParameterValue* given = lookup(name, presence, expectation);
-  if (given == nullptr) return;
-  const auto* numbers = std::get_if<std::vector<double>>(given);
-  if (numbers == nullptr || numbers->empty() || numbers->size() > max_size) refuse(name, *given, expectation);
+  const auto suits = [max_size](const std::vector<double>& list) { return !list.empty() && list.size() <= max_size; };
+  const auto* numbers = given<std::vector<double>>(name, presence, expectation, suits);
+  if (numbers == nullptr) return;
   for (std::size_t i = 0; i < numbers->size(); ++i) {
     checkRange(fmt::format("{}[{}]", key(name), i), (*numbers)[i], bounds, unit);
   }
@@ -186,14 +183,10 @@ void ParameterReader::field(const char* name, std::vector<double>& value, Bounds
 }
 
 int ParameterReader::choice(const char* name, const std::vector<std::string>& words, Presence presence) {
-  const std::string expectation = fmt::format("one of {}", fmt::join(words, ", "));
-  const ParameterValue* given = lookup(name, presence, expectation);
-  if (given == nullptr) return -1;
-  const auto* text = std::get_if<std::string>(given);
-  for (std::size_t i = 0; text != nullptr && i < words.size(); ++i) {
-    if (*text == words[i]) return static_cast<int>(i);
-  }
-  refuse(name, *given, expectation);
+  const auto index = [&words](const std::string& word) { return std::find(words.begin(), words.end(), word); };
+  const auto suits = [&](const std::string& word) { return index(word) != words.end(); };
+  const auto* word = given<std::string>(name, presence, fmt::format("one of {}", fmt::join(words, ", ")), suits);
+  return word == nullptr ? -1 : static_cast<int>(index(*word) - words.begin());
 }
 
 }  // namespace jackal_aic

@@ -2,6 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include "jackal_aic/config/parameter_map.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -32,5 +38,25 @@ std::string shortened(const std::string& text, std::size_t longest) {
 }
 
 std::string quoted(const std::string& text) { return "'" + shortened(text) + "'"; }
+
+std::string readText(const std::string& path, std::size_t most) {
+  const auto refuse = [&path](const std::string& reason) { throw ParameterError(onOneLine(path) + ": " + reason); };
+  using Type = std::filesystem::file_type;
+  std::error_code error;
+  const Type type = std::filesystem::status(path, error).type();
+  if (error || type == Type::not_found) refuse("cannot be read");
+  if (type == Type::directory) refuse("is a directory");
+  // Opening a device may have side effects.
+  if (type != Type::regular && type != Type::fifo) refuse("is a device or a socket, not a file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) refuse("cannot be read");
+  std::string text;
+  std::array<char, 4096> block{};
+  while (file.read(block.data(), block.size()), file.gcount() > 0) {
+    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+    if (text.size() > most) refuse(fmt::format("more than {} MiB of text", most >> 20));
+  }
+  return text;
+}
 
 }  // namespace jackal_aic

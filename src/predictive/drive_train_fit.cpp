@@ -4,12 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "jackal_aic/model/thresholds.hpp"
+
 namespace jackal_aic {
-namespace {
-
-constexpr double kSlowest = 0.01;  // rad/s; least command under which a wheel turns
-
-}  // namespace
 
 void DriveTrainSums::add(const DriveTrainSums& other, double weight) {
   curvature += weight * other.curvature;
@@ -65,7 +62,7 @@ void DriveTrainFit::setGain(double gain) {
 
 DriveTrainFit::Speeds DriveTrainFit::input(double given) const {
   // r = γ g v − o sign(v) at θ_0, and its derivatives
-  const double turning = std::abs(given) > kSlowest ? std::copysign(1.0, given) : 0.0;
+  const double turning = std::abs(given) > thresholds::kRest ? std::copysign(1.0, given) : 0.0;
   return {gain_ * model_gain_ * given, model_gain_ * given, -turning};
 }
 
@@ -102,7 +99,7 @@ void DriveTrainFit::observe(const WheelVector& filtered, const WheelVector& weig
 void DriveTrainFit::observe(const Wheel& wheel, double filtered, double weight, double part) {
   // The run is at the time of a step, the measurement between two of them.
   for (std::size_t i = 0; i < kGrid; ++i) {
-    const std::size_t at = (newest_ + kHistory - kStepsPerDeadTime * i) % kHistory;
+    const std::size_t at = (newest_ + kHistory - 2 * i) % kHistory;
     const std::size_t after = i > 0 ? (at + 1) % kHistory : at;
     const Speeds then = wheel.history[at] + part * (wheel.history[after] - wheel.history[at]);
     const double error = filtered - then(0);

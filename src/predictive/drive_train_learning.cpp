@@ -12,17 +12,14 @@
 namespace jackal_aic {
 namespace {
 
-constexpr int kTicks = static_cast<int>(DriveTrainFit::kStep / DriveTrain::kStep + 0.5);  // inner steps in one of a run
-constexpr double kSpacing = DriveTrainFit::kStepsPerDeadTime * DriveTrainFit::kStep;      // s, of the dead times
-
 // The grid of lags.
 constexpr double kShortestLag = 0.005;  // s; a shorter one looks the same
 constexpr double kLagRatio = 1.67;      // of a lag and the next; the longest is 0.5 s
 
 // A motion.
+constexpr double kLongest = 2.0;                              // s, of a motion that does not settle
 constexpr double kChange = 0.3;                               // rad/s; a larger change of a command moves a wheel
 constexpr double kSettled = 0.6;                              // s after the dead time, until the wheels have settled
-constexpr double kLongest = 2.0;                              // s, of a motion that does not settle
 constexpr double kForgotten = 3.0 * DriveTrainFit::kWashout;  // s; the filter has forgotten what was before
 constexpr double kApart = 0.015;                              // s; least between measurements that count
 constexpr double kTurn = 0.3;                                 // share of a turn, from which a motion is one
@@ -31,25 +28,16 @@ constexpr double kSamplesPerValue = 8.0;                      // n_0
 constexpr double kJitter = 0.002;                             // s; deviation of the time of a measurement
 constexpr double kModelError = 0.02;                          // of any model, relative to the motion
 constexpr double kUnexplained = 0.1;                          // the same, above which a motion has another cause
-constexpr double kNoise = 2.0;                                // deviations of the encoders, which nothing explains
-// Least relevant changes.
-constexpr double kLeastChange = 0.005;     // s, of the dead time, or of it and the lag together
-constexpr double kLeastLagChange = 0.01;   // s
-constexpr double kLeastGainChange = 0.03;  // of gamma
+constexpr double kLeastGainChange = 0.03;                     // least relevant one of gamma
 constexpr double kSureOdds = 0.5 * thresholds::kSure * thresholds::kSure;  // difference of F that chance does not reach
 
-// Acceleration limit of a robot without identification.
-constexpr double kLeastLimit = 0.5;  // least learned one / assumed one
-constexpr double kTrialRatio = 2.0;  // tried one / followed one
-constexpr int kClearlyLess = 2;      // index of a share of the limit, 0.63
+constexpr int kClearlyLess = 2;  // index of a share of the limit, 0.63
 
 // Standard deviations of the prior, and range.
 constexpr double kDeadTimeDeviation = 0.08;  // s
-constexpr double kLogLagDeviation = 1.0;
 constexpr double kShareDeviation = 0.3;
 constexpr double kGainDeviation = 0.1;
 constexpr double kOffsetDeviation = 0.3;  // rad/s
-constexpr double kLargestOffset = 1.0;    // rad/s
 
 double lagOf(double index) { return kShortestLag * std::pow(kLagRatio, index); }
 
@@ -61,17 +49,12 @@ DriveTrainLearning::DriveTrainLearning(const PlantModel& model, double wheel_rad
     : wheel_radius_(wheel_radius),
       wheel_variance_(wheel_variance),
       identified_(model.identified),
-      least_limit_(kLeastLimit * model.acceleration_limit),
+      least_limit_(kShares.back() * model.acceleration_limit),
       limit_(model.acceleration_limit) {
   for (int lag = 0; lag < kLags; ++lag) {
-    for (int run = 0; run < kRuns; ++run) fits_.emplace_back(model, lagOf(lag), limit(run));
+    for (std::size_t run = 0; run < kShares.size(); ++run) fits_.emplace_back(model, lagOf(lag), limit(run));
   }
   setTiming({model.dead_time, model.lag, model.acceleration_limit});
-}
-
-/// Acceleration limit of a run [rad/s^2].
-double DriveTrainLearning::limit(int run) const {
-  return kShares[static_cast<std::size_t>(run)] * limit_ / wheel_radius_;
 }
 
 void DriveTrainLearning::setTiming(const DriveTrainTiming& timing) {
@@ -112,12 +95,13 @@ void DriveTrainLearning::resetMotion() {
 // ---- run
 
 void DriveTrainLearning::predict(const WheelVector& given) {
-  given_ += given;
-  if (++ticks_ < kTicks) return;
-  const WheelVector mean = given_ / kTicks;
-  for (DriveTrainFit& fit : fits_) fit.step(mean);
-  watch(mean);
-  ticks_ = 0;
+  constexpr double part = DriveTrain::kStep / DriveTrainFit::kStep;
+  given_ += part * given;
+  part_ += part;
+  if (part_ < 1.0 - thresholds::kRounding) return;
+  for (DriveTrainFit& fit : fits_) fit.step(given_);
+  watch(given_);
+  part_ = 0.0;
   given_.setZero();
 }
 
@@ -174,7 +158,7 @@ std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& m
 
 /// Counts the last measurement.
 void DriveTrainLearning::count() {
-  for (DriveTrainFit& fit : fits_) fit.observe(filtered_, weight_, static_cast<double>(ticks_) / kTicks);
+  for (DriveTrainFit& fit : fits_) fit.observe(filtered_, weight_, part_);
   samples_ += weight_.sum();
   motion_ += weight_.dot(filtered_.cwiseAbs2());
   compare();
@@ -215,7 +199,8 @@ double DriveTrainLearning::weight() const { return 1.0 / (kSamplesPerValue * var
 
 /// A drive train of the grid explains the present motion.
 bool DriveTrainLearning::explained() const {
-  return variance_ * samples_ <= std::max(square(kNoise) * wheel_variance_ * samples_, square(kUnexplained) * motion_);
+  return variance_ * samples_ <=
+         std::max(square(thresholds::kSure) * wheel_variance_ * samples_, square(kUnexplained) * motion_);
 }
 
 /// Least F along theta = (gamma, o), within its range.
@@ -226,7 +211,7 @@ DriveTrainLearning::Minimum DriveTrainLearning::minimum(const DriveTrainSums& su
   const Eigen::Vector2d slope = sums.slope + Eigen::Vector2d((1.0 - gain) / square(kGainDeviation), 0.0);
   const Eigen::Matrix2d covariance = C.inverse();
   Eigen::Vector2d change = covariance * slope;
-  change(1) = std::clamp(change(1), 0.0, kLargestOffset);
+  change(1) = std::clamp(change(1), 0.0, thresholds::kSure * kOffsetDeviation);
   change(0) = (slope(0) - C(0, 1) * change(1)) / C(0, 0);
   change(0) = std::clamp(change(0), 1.0 / kGainRange - gain, kGainRange - gain);
   const double squares = sums.squares + square((1.0 - gain) / kGainDeviation);
@@ -245,24 +230,24 @@ void DriveTrainLearning::compare() {
   const bool turn = turns();
   const double share = weight();
   by_share_.fill(HUGE_VAL);
-  std::array<double, kGrid> of_turn;  // F of the present turn
+  std::array<double, DriveTrainFit::kGrid> of_turn;  // F of the present turn
   of_turn.fill(turn ? HUGE_VAL : 0.0);
   double least = HUGE_VAL, squares = 0.0;  // F with the present motion, and twice that of the motion alone
   for (int lag = 0; lag < kLags; ++lag) {
-    const double slower = (lag - indexOf(expected_.lag)) * std::log(kLagRatio) / kLogLagDeviation;
-    for (std::size_t i = 0; i < kGrid; ++i) {
-      const double later = (static_cast<double>(i) * kSpacing - expected_.dead_time) / kDeadTimeDeviation;
+    const double slower = (lag - indexOf(expected_.lag)) * std::log(kLagRatio);  // ln T has a deviation of 1
+    for (std::size_t i = 0; i < DriveTrainFit::kGrid; ++i) {
+      const double later =
+          (static_cast<double>(i) * DriveTrainFit::kSpacing - expected_.dead_time) / kDeadTimeDeviation;
       Minimum best{HUGE_VAL};
-      for (int run = 0; run < kRuns; ++run) {
+      for (std::size_t run = 0; run < kShares.size(); ++run) {
         const DriveTrainFit& fit = this->fit(lag, run);
-        const double weaker = (1.0 - kShares[static_cast<std::size_t>(run)]) / kShareDeviation;
+        const double weaker = (1.0 - kShares[run]) / kShareDeviation;
         const double prior = 0.5 * (square(slower) + square(later) + square(weaker)) + turns_memory_[i];
         DriveTrainSums all = fit.memory[i];
         all.add(fit.present[i], share);
         Minimum found = minimum(all);
         found.free_energy += prior;
-        double& of_share = by_share_[static_cast<std::size_t>(run)];
-        of_share = std::min(of_share, found.free_energy);
+        by_share_[run] = std::min(by_share_[run], found.free_energy);
         if (found.free_energy < least) {
           least = found.free_energy;
           squares = 2.0 * presentEnergy(fit, i);
@@ -278,7 +263,7 @@ void DriveTrainLearning::compare() {
     }
   }
   for (auto& of_lag : minima_) {
-    for (std::size_t i = 0; i < kGrid; ++i) of_lag[i].free_energy += of_turn[i];
+    for (std::size_t i = 0; i < of_lag.size(); ++i) of_lag[i].free_energy += of_turn[i];
   }
   variance_ = std::max({wheel_variance_, squares / share / samples_, square(kModelError) * motion_ / samples_});
 }
@@ -297,7 +282,7 @@ bool DriveTrainLearning::takeOver(bool ended) {
     return at(known, late) + (index - known) * (at(known + 1, late) - at(known, late));
   };
   int lag = 1, late = 1;
-  for (int j = 1; j + 1 < kGrid; ++j) {
+  for (int j = 1; j + 1 < DriveTrainFit::kGrid; ++j) {
     if (!ended && atKnown(j) < atKnown(late)) late = j;
     for (int i = 1; ended && i + 1 < kLags; ++i) {
       if (at(i, j) < at(lag, late)) lag = i, late = j;
@@ -321,12 +306,12 @@ bool DriveTrainLearning::takeOver(bool ended) {
   const Eigen::Vector2d vertex = (-H.inverse() * gradient).cwiseMax(-1.0).cwiseMin(1.0);
   DriveTrainTiming found = timing_;
   if (ended) found.lag = std::min(lagOf(lag + vertex(1)), kLongestTiming.lag);
-  found.dead_time = std::clamp(kSpacing * (late + vertex(0)), 0.0, kLongestTiming.dead_time);
-  const Eigen::Vector2d away((timing_.dead_time - found.dead_time) / kSpacing,
+  found.dead_time = std::clamp(DriveTrainFit::kSpacing * (late + vertex(0)), 0.0, kLongestTiming.dead_time);
+  const Eigen::Vector2d away((timing_.dead_time - found.dead_time) / DriveTrainFit::kSpacing,
                              indexOf(timing_.lag) - indexOf(found.lag));
   const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
   const bool relevant =
-      std::max(std::abs(later), std::abs(later + slower)) > kLeastChange || std::abs(slower) > kLeastLagChange;
+      std::max({std::abs(later), std::abs(later + slower), 0.5 * std::abs(slower)}) > 0.5 * DriveTrainFit::kSpacing;
   if (!relevant || 0.5 * away.dot(H * away) < kSureOdds) found = timing_;
   const Minimum& best = minima_[static_cast<std::size_t>(lag)][static_cast<std::size_t>(late)];
   const double least_change = std::max(kLeastGainChange, std::sqrt(2.0 * kSureOdds * best.gain_variance));
@@ -342,7 +327,7 @@ bool DriveTrainLearning::takeOver(bool ended) {
 
 /// Tries a higher acceleration limit once the wheels follow the present one and not clearly less. True if it changed.
 bool DriveTrainLearning::raiseLimit() {
-  const double limit = std::min(kTrialRatio * limit_, largest_limit_);
+  const double limit = std::min(limit_ / kShares.back(), largest_limit_);
   const double of_less = *std::min_element(by_share_.begin() + kClearlyLess, by_share_.end());
   if (!explained() || of_less - by_share_[0] < kSureOdds || limit <= limit_) return false;
   return setLimit(limit, 0);
@@ -360,16 +345,16 @@ bool DriveTrainLearning::lowerLimit() {
     share *= std::pow(kShares[1], 0.5 * (above - below) / (above + below));
   }
   largest_limit_ = std::max(least_limit_, share * limit_);
-  return largest_limit_ < limit_ && setLimit(largest_limit_, static_cast<int>(best));
+  return largest_limit_ < limit_ && setLimit(largest_limit_, best);
 }
 
 /// Sets the limit that the motors seem to have [m/s^2], which the runs of one share have followed so far. True if the
 /// timing changed: an identified limit stays.
-bool DriveTrainLearning::setLimit(double limit, int same) {
+bool DriveTrainLearning::setLimit(double limit, std::size_t same) {
   limit_ = limit;
   for (int lag = 0; lag < kLags; ++lag) {
     fit(lag, 0).become(fit(lag, same), this->limit(0));
-    for (int run = 1; run < kRuns; ++run) fit(lag, run).become(fit(lag, 0), this->limit(run));
+    for (std::size_t run = 1; run < kShares.size(); ++run) fit(lag, run).become(fit(lag, 0), this->limit(run));
   }
   if (!identified_) timing_.acceleration_limit = limit;
   return !identified_;

@@ -9,7 +9,6 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kPathTolerance = 0.01;  // of the largest change of an input
-constexpr int kHalvings = 12;            // of an interval of inputs
 constexpr int kLongestReturn = 50;       // periods
 
 }  // namespace
@@ -39,11 +38,6 @@ void DriveTrainReference::take(double r) {
   state_ = transition_ * before_ + input_ * r_;
 }
 
-double DriveTrainReference::advance(double wanted) {
-  take(input(wanted));
-  return r_;
-}
-
 DriveTrainReference DriveTrainReference::minus(const DriveTrainReference& other) const {
   DriveTrainReference difference = *this;
   difference.state_ -= other.state_;
@@ -56,7 +50,7 @@ double DriveTrainReference::inTime(double wanted, double r, double largest_chang
   double high = std::clamp(r, r_ - largest_change, r_ + largest_change);
   if (endsInTime(wanted, high, largest_change)) return r;
   double low = r_ - std::copysign(largest_change, wanted - state_(0));
-  for (int i = 0; i < kHalvings; ++i) {
+  for (int halving = 0; halving < 12; ++halving) {
     const double middle = 0.5 * (low + high);
     (endsInTime(wanted, middle, largest_change) ? low : high) = middle;
   }

@@ -19,17 +19,13 @@ constexpr double kPause = 0.5;
 
 std::int64_t nanoseconds(double time) { return std::llround(1e9 * time); }
 
-LossTolerance toleranceOf(const DriveParameters& parameters) {
-  if (std::holds_alternative<PredictiveParameters>(parameters.controller)) return LossTolerance::model;
-  if (std::holds_alternative<DifferentialDriveParameters>(parameters.controller)) return LossTolerance::open_loop;
-  return LossTolerance::one_of_three;
-}
-
 MeasurementWatchParameters watchParameters(const DriveParameters& parameters) {
   MeasurementWatchParameters watch;
   watch.on_loss = parameters.on_loss;
-  watch.tolerance = toleranceOf(parameters);
-  if (watch.tolerance != LossTolerance::open_loop || parameters.open_loop_monitored) watch.faults = parameters.faults;
+  // Only the predictive structure has a model to drive on.
+  if (!std::holds_alternative<PredictiveParameters>(parameters.controller)) watch.on_loss.wheels = LossAction::stop;
+  watch.open_loop = std::holds_alternative<DifferentialDriveParameters>(parameters.controller);
+  if (!watch.open_loop || parameters.open_loop_monitored) watch.faults = parameters.faults;
   watch.geometry = parameters.geometry;
   watch.plant_model = parameters.plant_model;
   watch.largest_wheel_speed = parameters.gate.plausibility.speed_factor * parameters.gate.limits.wheel_speed;

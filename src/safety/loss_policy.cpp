@@ -26,8 +26,8 @@ const char* remedy(Loss loss) {
   return remedy(StopCause::wheels_missing);
 }
 
-LossDecision decideOnLoss(const LossPolicyParameters& policy, LossTolerance tolerance, const ChannelValidity& valid,
-                          double blind_time, bool on_box) {
+LossDecision decideOnLoss(const LossPolicyParameters& policy, const ChannelValidity& valid, double blind_time,
+                          bool on_box) {
   const bool yaw_tells = valid.yaw_rate && !on_box;
   const int wheels = valid.wheel_left + valid.wheel_right;
   if (wheels == 2) {
@@ -38,8 +38,7 @@ LossDecision decideOnLoss(const LossPolicyParameters& policy, LossTolerance tole
     return {policy.one_wheel, valid.wheel_left ? Loss::right_encoder : Loss::left_encoder};
   }
   const Loss loss = wheels == 1 ? Loss::encoder_and_yaw_rate : Loss::both_encoders;
-  const bool go_on = tolerance == LossTolerance::model && blind_time <= policy.model_time;
-  return {go_on ? policy.wheels : LossAction::stop, loss};
+  return {blind_time <= policy.model_time ? policy.wheels : LossAction::stop, loss};
 }
 
 }  // namespace jackal_aic

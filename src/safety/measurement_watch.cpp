@@ -29,6 +29,11 @@ StopCauses lossCauses(const SensorHealth& health) {
   return causes;
 }
 
+ChannelValidity channelsOf(const SensorHealth& health) {
+  const bool imu = !health.imu.lost(), wheels = !health.wheels.lost();
+  return {imu, wheels, wheels, imu};
+}
+
 bool seesTheMotion(const ChannelValidity& valid) { return valid.yaw_rate + valid.wheel_left + valid.wheel_right >= 2; }
 
 }  // namespace
@@ -49,8 +54,7 @@ void MeasurementWatch::judge(Observation& observation, const SensorHealth& healt
   const double step = std::min(std::max(0.0, observation.stamp - stamp_), thresholds::kGap);
   stamp_ = observation.stamp;
   const ChannelValidity possible = excludeImpossible(observation, step);
-  if (health.imu.lost()) observation.valid.yaw_rate = observation.valid.acceleration = false;
-  if (health.wheels.lost()) observation.valid.wheel_left = observation.valid.wheel_right = false;
+  observation.valid = observation.valid & channelsOf(health);
   imu_at_rest_.calibrate(observation, step);
   if (monitor_ && !recoversFromStall(now)) {
     const Fault before = fault();
@@ -95,13 +99,12 @@ ChannelValidity MeasurementWatch::excludeImpossible(Observation& observation, do
 }
 
 StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool at_rest) {
-  if (parameters_.tolerance == LossTolerance::open_loop) return {};
+  if (parameters_.open_loop) return {};
   if (starting(health, now)) return lossCauses(health);
   resetReturnedSources(health);
 
   const bool on_box = parameters_.plant_model && parameters_.plant_model->on_box;
-  const LossDecision decision =
-      decideOnLoss(parameters_.on_loss, parameters_.tolerance, remaining(health), now - last_sight_, on_box);
+  const LossDecision decision = decideOnLoss(parameters_.on_loss, remaining(health), now - last_sight_, on_box);
   const bool lost = health.imu.lost() || health.wheels.lost();
   const bool stop = decision.action == LossAction::stop;
   const bool unclear = decision.loss == Loss::none && tooFewCount();
@@ -153,8 +156,7 @@ ChannelValidity MeasurementWatch::remaining(const SensorHealth& health) const {
     const FaultReport& report = monitor_->report();
     valid = {works(report.gyro), works(report.wheel_left), works(report.wheel_right), works(report.accelerometer)};
   }
-  if (health.imu.lost()) valid.yaw_rate = valid.acceleration = false;
-  if (health.wheels.lost()) valid.wheel_left = valid.wheel_right = false;
+  valid = valid & channelsOf(health);
   // A channel whose samples are excluded for longer than kGap counts as lost.
   const auto counts = [](double excluded) { return excluded < thresholds::kGap - thresholds::kRounding; };
   valid.yaw_rate = valid.yaw_rate && counts(excluded_.yaw_rate);

@@ -10,7 +10,7 @@
 
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/certificate/jitter_search.hpp"
-#include "jackal_aic/config/yaml_text.hpp"
+#include "jackal_aic/config/yaml.hpp"
 #include "parameters/node_parameters.hpp"
 #include "programs.hpp"
 

@@ -14,7 +14,7 @@
 
 #include "bag_file.hpp"
 #include "jackal_aic/config/text.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml.hpp"
 #include "outputs/state_output.hpp"
 #include "parameters/node_parameters.hpp"
 #include "programs.hpp"

@@ -9,7 +9,7 @@
 
 #include "../complaint.hpp"
 #include "../repository.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -16,10 +16,8 @@
 #include "jackal_aic/aic/parameters.hpp"
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/config/text.hpp"
-#include "jackal_aic/config/text_file.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
-#include "jackal_aic/config/yaml_text.hpp"
+#include "jackal_aic/config/yaml.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -103,13 +103,20 @@ PlantModel driveTrain(double lag, double integral, double acceleration_limit) {
   return {0.0, lag, 1.0, 0.0, integral, acceleration_limit};
 }
 
+/// Takes the input towards a wheel speed.
+double advance(DriveTrainReference& path, double wanted) {
+  const double input = path.input(wanted);
+  path.take(input);
+  return input;
+}
+
 TEST(DriveTrainReference, InputMakesTheModelFollowThePath) {
   const PlantModel model = driveTrain(0.04, 6.0, 20.0);
   DriveTrainReference reference(model, kRadius, 0.05, 0.02);
   WheelBelief wheel(model, kRadius, {});
   double path = 0.0;
   for (int k = 0; k < 100; ++k) {
-    const double r = reference.advance(5.0);
+    const double r = advance(reference, 5.0);
     path += -std::expm1(-0.02 / 0.05) * (5.0 - path);
     for (int i = 0; i < 20; ++i) wheel.predict(r);
     EXPECT_NEAR(wheel.speed(), path, 0.01) << "period " << k;
@@ -144,12 +151,12 @@ TEST(DriveTrainReference, NearlyEqualWheelsStayTogetherAtTheLimit) {
   right.reset(1e-3);
   for (int k = 0; k < 5; ++k) {
     // A gate lets through all but a hair of what one wheel asks for at the limit.
-    left.advance(20.0);
-    right.advance(20.0);
+    advance(left, 20.0);
+    advance(right, 20.0);
     left.amend(1e-6);
     right.amend(-1e-6);
   }
-  EXPECT_NEAR(left.advance(20.0), right.advance(20.0), 0.05);
+  EXPECT_NEAR(advance(left, 20.0), advance(right, 20.0), 0.05);
 }
 
 }  // namespace

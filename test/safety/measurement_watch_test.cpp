@@ -12,17 +12,15 @@ namespace {
 constexpr auto kDrive = LossAction::drive, kStop = LossAction::stop;
 const SensorHealth kSound{};
 
-MeasurementWatchParameters parameters(LossAction imu, LossAction one_wheel, LossAction wheels,
-                                      LossTolerance tolerance = LossTolerance::one_of_three) {
+MeasurementWatchParameters parameters(LossAction imu, LossAction one_wheel, LossAction wheels) {
   MeasurementWatchParameters p;
   p.on_loss = {imu, one_wheel, wheels, 1.0};
-  p.tolerance = tolerance;
   p.faults = FaultParameters{};
   return p;
 }
 
 /// The predictive controller's: drives on its model for a second.
-MeasurementWatchParameters onModel() { return parameters(kDrive, kDrive, kDrive, LossTolerance::model); }
+MeasurementWatchParameters onModel() { return parameters(kDrive, kDrive, kDrive); }
 
 MeasurementWatchParameters monitored(LossAction imu, LossAction one_wheel, LossAction wheels) {
   MeasurementWatchParameters p = parameters(imu, one_wheel, wheels);
@@ -203,12 +201,10 @@ constexpr ChannelValidity kNoGyro{false, true, true, true}, kNoLeft{true, false,
 
 TEST(LossPolicy, OnABoxTheYawRateReplacesNoEncoder) {
   const LossPolicyParameters policy{kDrive, kDrive, kStop, 1.0};
-  for (const LossTolerance tolerance : {LossTolerance::one_of_three, LossTolerance::model}) {
-    const LossDecision decision = decideOnLoss(policy, tolerance, kNoLeft, 0.0, true);
-    EXPECT_EQ(decision.loss, Loss::encoder_and_yaw_rate);
-    EXPECT_EQ(decision.action, kStop);
-    EXPECT_EQ(decideOnLoss(policy, tolerance, kNoGyro, 0.0, true).action, kDrive);
-  }
+  const LossDecision decision = decideOnLoss(policy, kNoLeft, 0.0, true);
+  EXPECT_EQ(decision.loss, Loss::encoder_and_yaw_rate);
+  EXPECT_EQ(decision.action, kStop);
+  EXPECT_EQ(decideOnLoss(policy, kNoGyro, 0.0, true).action, kDrive);
 }
 
 }  // namespace

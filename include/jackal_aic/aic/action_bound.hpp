@@ -3,7 +3,7 @@
 /// @file
 /// Anti-windup of the integrating action.
 ///
-/// The action integrates the prediction error (3-13). While a motor is at its acceleration limit, that makes the robot
+/// The action integrates the prediction error (3-13). While a motor is at its acceleration limit, the robot would
 /// overshoot, or run back after a stop. So the action is bounded by
 ///
 ///     followed   the command that a motor at the model's acceleration limit has followed so far: the action leads it
@@ -15,8 +15,7 @@
 ///     range      what a robot near its model needs for the goal (robot_range.hpp)
 ///     sides      what its left and right wheels may need differently (side_balance.hpp)
 ///
-/// Otherwise the action is exactly that of the equation: well below the acceleration limit the loop is the linear loop
-/// of the certificate.
+/// Well below the acceleration limit the loop stays the linear loop of the certificate.
 
 #include <array>
 #include <limits>

@@ -8,12 +8,9 @@
 ///     A = D - kappa_mu (E' Pi_mu E + R_tilde' Pi_y R_tilde)
 ///     b = kappa_mu (E' Pi_mu mu_d_tilde / tau + R_tilde' Pi_y y_tilde)
 ///
-/// `exact` holds y_tilde and mu_d_tilde over the step h, because they change at the sensor rate. It solves the dynamics
-/// without error: mu_tilde <- Phi mu_tilde + Gamma b with Phi = exp(A h), Gamma = int_0^h exp(A s) ds. `euler` is the
-/// thesis' mu_tilde <- mu_tilde + h d(mu_tilde)/dt (3-16), which diverges once the spectral radius of I + h A exceeds
-/// 1: of Table C-1 at h kappa_mu Pi_mu / tau^2 = 1.75. With Phi = I + h A and Gamma = h I it is the same map.
-///
-/// Gamma b changes only with a measurement, a set point or gains.
+/// Both are mu_tilde <- Phi mu_tilde + Gamma b with b held over the step h. `exact` has Phi = exp(A h) and Gamma =
+/// int_0^h exp(A s) ds, without error. `euler` (3-16) has Phi = I + h A and Gamma = h I, and diverges once the spectral
+/// radius of Phi exceeds 1: of Table C-1 at h kappa_mu Pi_mu / tau^2 = 1.75.
 
 #include <Eigen/Core>
 
@@ -83,8 +80,8 @@ class BeliefUpdate {
   }
 
   const Matrix& dynamics() const { return A_; }                        ///< A, the continuous belief dynamics
-  const Matrix& transition() const { return transition_; }             ///< Phi for exact, I + h A for euler
-  const Matrix& inputTransition() const { return input_transition_; }  ///< Gamma for exact, h I for euler
+  const Matrix& transition() const { return transition_; }             ///< Phi
+  const Matrix& inputTransition() const { return input_transition_; }  ///< Gamma
 
   /// Spectral radius of transition() with its uncertainty on top; the belief update converges if it is below 1.
   double spectralRadius() const { return spectralRadiusOf(transition_).upper(); }

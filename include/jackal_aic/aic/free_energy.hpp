@@ -1,13 +1,8 @@
 #pragma once
 
 /// @file
-/// Prediction errors, free energy and its gradients (eq. 3-4..3-15) over any generative model: pure functions.
-///
-/// With mu_tilde (states x (p+1)), y_tilde (sensors x (p+1)), D the shift operator, E = D + I/tau:
-///
-///     eps_y  = y_tilde - R mu_tilde                          (3-6)
-///     eps_mu = E mu_tilde - mu_d_tilde / tau                 (3-7)
-///     F      = 1/2 eps_y' Pi_y eps_y + 1/2 eps_mu' Pi_mu eps_mu    (3-10)
+/// Prediction errors, free energy and its gradients (eq. 3-4..3-15) over any generative model: pure functions of
+/// mu_tilde (states x (p+1)) and y_tilde (sensors x (p+1)). D is the shift operator.
 
 #include "jackal_aic/aic/generalized_motion.hpp"
 #include "jackal_aic/aic/generative_model.hpp"

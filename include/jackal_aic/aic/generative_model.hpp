@@ -29,9 +29,6 @@ struct LinearModel {
   Measurement sensory_precision;  ///< diagonal of Pi_y, element by element of y_tilde; 0: not measured
   int action_orders = 0;          ///< highest order whose sensory error drives the action (3-15)
 
-  /// Highest generalised order p.
-  int orders() const { return static_cast<int>(state_precision.cols()) - 1; }
-
   /// Number of generalised coordinates of the belief, states x (p+1).
   int beliefSize() const { return static_cast<int>(state_precision.size()); }
 

@@ -3,11 +3,9 @@
 /// @file
 /// Spectral radius of a map that may be far from normal, with a bound on its error.
 ///
-/// An eigenvalue solver is backward stable: it returns the eigenvalues of M + E with |E| <= n u |M|, n the size of the
-/// map and u the unit of rounding. An eigenvalue with the right and left eigenvectors x and y then errs by no more than
-/// |x| |y| / |y' x| n u |M| (LAPACK Users' Guide, 4.8; to first order). States of very different size make both factors
-/// large. So the states are first scaled until the rows of M are as long as its columns (Parlett and Reinsch 1969), by
-/// powers of two, without rounding.
+/// A solver returns the eigenvalues of M + E with |E| <= n u |M|, n the size of the map and u the unit of rounding. An
+/// eigenvalue with the right and left eigenvectors x and y then errs by no more than |x| |y| / |y' x| n u |M| (LAPACK
+/// Users' Guide, 4.8). Scaling of the states by powers of two makes both factors small (Parlett and Reinsch 1969).
 
 #include <Eigen/Core>
 

@@ -3,12 +3,9 @@
 /// @file
 /// Standstill: a robot at rest whose set point is zero gets a command of zero.
 ///
-/// A belief from noisy measurements keeps moving, and so does the action that follows it. A robot stands if its command
-/// and its speed were both below kRestThreshold, on average over kAveragingTime; it no longer stands at twice that
-/// speed.
-///
-/// A command that remains at rest holds the robot on a slope, or lies in the dead zone of its motors. Once for each
-/// stop the command is released slowly, until it is zero or the robot moves.
+/// A robot stands if its command and its speed were both below kRestThreshold, on average over kAveragingTime; it no
+/// longer stands at twice that speed. A command that remains at rest holds the robot on a slope, or lies in the dead
+/// zone of its motors. Once for each stop it is released slowly, until it is zero or the robot moves.
 
 #include <Eigen/Core>
 #include <algorithm>

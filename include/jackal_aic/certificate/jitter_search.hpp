@@ -1,13 +1,10 @@
 #pragma once
 
 /// @file
-/// A search for sequences that destabilise the predictive loop on an irregular clock.
-///
-/// Each action period has its own phase (age of the sample when the action is computed, from 0 to a period) and its own
-/// extra dead time in [0, d]. Up to k samples in a row are lost. Each period is a linear map
-/// (LinearLoop::jitteredMap()), and a sequence of stable maps may still diverge. An adversary draws sequences of 1 to
-/// 10 periods and repeats each forever: it grows if the spectral radius of the product of its maps is above 1. A
-/// sequence that the adversary does not find may still grow.
+/// A search for sequences that destabilise the predictive loop on an irregular clock. Each action period has its own
+/// phase (0 to a period) and its own extra dead time (0 to d), and up to k samples in a row are lost. Each period is a
+/// linear map (LinearLoop::jitteredMap()). An adversary draws sequences of 1 to 10 periods and repeats each forever: it
+/// grows if the spectral radius of the product is above 1. A sequence that the adversary does not find may still grow.
 
 #include "jackal_aic/certificate/linear_loop.hpp"
 

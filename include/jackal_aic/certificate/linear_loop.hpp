@@ -1,11 +1,9 @@
 #pragma once
 
 /// @file
-/// A controller and a linear robot as one linear periodic system: both structures in one class.
-///
-/// The robot is a PlantModel below its acceleration limit: lag, velocity loop and dead time. Any dead time is
-/// represented exactly, as a switch from one held command to the next within an action period. The controller is a
-/// linear map at each of its events:
+/// A controller and a linear robot as one linear periodic system: both structures in one class. The robot is a
+/// PlantModel below its acceleration limit, with any dead time: commands change within an action period. The controller
+/// is a linear map at each of its events:
 ///
 ///     thesis       belief update (3-11, either integrator), generalisation (3-22), action update (3-13)
 ///     predictive   belief (w, z, d) about a wheel, with the gain to which its covariance converges, and action
@@ -74,9 +72,8 @@ struct JitteredPeriod {
   std::optional<Eigen::Vector3d> gain;  ///< of the belief on (w, z, d) for the sample; empty: the sample is lost
 };
 
-/// Linear periodic system of the closed loop. Events at the same time come in the order sensor, belief, action; the
-/// robot receives the command after the dead time. The timers of sensor and action run freely: their phase, the age of
-/// a measurement when it is used, is part of a LoopChange.
+/// Linear periodic system of the closed loop. The timers of sensor and action run freely: their phase, the age of a
+/// measurement when it is used, is part of a LoopChange.
 class LinearLoop {
  public:
   /// The thesis' structure. The gains need not be stable. @throws ParameterError if rates or variances are invalid, or

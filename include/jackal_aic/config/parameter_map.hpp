@@ -115,6 +115,9 @@ class ParameterReader {
 
  private:
   const ParameterValue* lookup(const char* name, Presence presence, const std::string& expectation);
+  template <class Type, class Suits>
+  const Type* given(const char* name, Presence presence, const std::string& expectation, Suits suits);
+  std::optional<double> numberIn(const char* name, Bounds bounds, const char* unit, Presence presence, bool whole);
   [[noreturn]] void refuse(const char* name, const ParameterValue& given, const std::string& expectation) const;
   int choice(const char* name, const std::vector<std::string>& words, Presence presence);
   std::string key(const char* name) const { return prefix_.empty() ? name : prefix_ + "." + name; }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Text from outside (names and values of files, messages and the ROS graph) as it may stand in a line of a log.
+/// Text from outside: files, and names and values as they may stand in a line of a log.
 
 #include <cstddef>
 #include <string>
@@ -16,5 +16,10 @@ std::string shortened(const std::string& text, std::size_t longest = 80);
 
 /// A text of at most 80 bytes on one line, in quotes.
 std::string quoted(const std::string& text);
+
+/// Text of a file, or of a pipe up to its end (<(command) of a shell).
+/// @param most largest number of bytes. @throws ParameterError, one line, if it is larger, a directory, a device or a
+/// socket, or cannot be read.
+std::string readText(const std::string& path, std::size_t most = std::size_t{16} << 20);
 
 }  // namespace jackal_aic

@@ -41,12 +41,10 @@ struct DriveTrainSums {
 class DriveTrainFit {
  public:
   static constexpr double kStep = 0.005;           ///< of the run [s]
-  static constexpr int kStepsPerDeadTime = 2;      ///< steps between two dead times of the grid
-  static constexpr double kLongestDeadTime = 0.4;  ///< [s]
+  static constexpr double kSpacing = 2.0 * kStep;  ///< between two dead times of the grid [s]
+  static constexpr int kGrid = 41;                 ///< number of dead times, up to 0.4 s
   static constexpr double kWashout = 0.3;          ///< T_w [s]
-  static constexpr int kGrid =
-      static_cast<int>(kLongestDeadTime / (kStepsPerDeadTime * kStep) + 0.5) + 1;  ///< number of dead times
-  using Sums = std::array<DriveTrainSums, kGrid>;                                  ///< by dead time
+  using Sums = std::array<DriveTrainSums, kGrid>;  ///< by dead time
 
   /// @param lag T [s]; @param limit of the wheel's acceleration [rad/s^2].
   DriveTrainFit(const PlantModel& model, double lag, double limit);

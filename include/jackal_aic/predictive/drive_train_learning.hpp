@@ -9,20 +9,18 @@
 ///
 ///     F(delta, T, lambda) = min over theta of   sum_k w_k epsilon_k^2 / (2 n_0 sigma^2) + earlier motions + prior
 ///
-/// with the gain share gamma and offset o in theta, and the least mean square sigma^2 of the residuals epsilon. A
-/// measurement errs by the change of the speed y in the jitter sigma_t of its time: w = 1/(1 + (sigma_t dy/dt)^2 /
-/// Sigma_y). n_0 measurements count as one, because the residuals are not white noise. The prior has the configured or
-/// restored values as its mean.
+/// with theta = (gamma, o) and the least mean square sigma^2 of the residuals epsilon. A measurement errs by the change
+/// of the speed y in the jitter sigma_t of its time: w = 1/(1 + (sigma_t dy/dt)^2 / Sigma_y). n_0 measurements count as
+/// one, because the residuals are not white. The prior has the configured or restored values as its mean.
 ///
-/// A paraboloid through the least F in (delta, ln T) and its neighbours gives both and their covariance. The model
-/// takes over what is significant: dead time and gain in the middle of a motion too, the lag at its end. A motion ends
-/// when the commands have been constant for long; constant commands change nothing. An earlier motion has 0.9 of the
-/// weight of the next. One that no drive train explains is ignored. A turn counts for the dead time alone, because
-/// there the integral of the motor's velocity loop first has to carry the ground's torque.
+/// A paraboloid through the least F in (delta, ln T) gives both and their covariance. The model takes over what is
+/// significant: dead time and gain at any time, the lag at the end of a motion, when the commands have been constant.
+/// An earlier motion has 0.9 of the weight of the next; one that no drive train explains is ignored. A turn counts for
+/// the dead time alone, because there the integral of the velocity loop first has to carry the ground's torque.
 ///
-/// The acceleration limit of a robot without identification opens: once the evidence is that the wheels follow the
-/// present limit and not 0.63 of it, twice the limit is tried, up to the first that the motors cannot follow. It
-/// does not fall below half of the configured limit.
+/// The acceleration limit of a robot without identification opens: once the wheels follow the present limit and not
+/// 0.63 of it, twice the limit is tried, up to the first that the motors cannot follow, and never below half the
+/// configured.
 
 #include <array>
 #include <cstddef>
@@ -48,7 +46,7 @@ struct DriveTrainTiming {
 
 /// Longest dead time and lag [s] and largest acceleration limit [m/s^2] that are learned. The limit is that of the
 /// stock robot's commands.
-inline constexpr DriveTrainTiming kLongestTiming{DriveTrainFit::kLongestDeadTime, 0.5, 20.0};
+inline constexpr DriveTrainTiming kLongestTiming{(DriveTrainFit::kGrid - 1) * DriveTrainFit::kSpacing, 0.5, 20.0};
 
 /// Lists the fields of DriveTrainTiming with unit and range.
 template <class Visitor>
@@ -58,7 +56,7 @@ void describeFields(Visitor& v, DriveTrainTiming& p) {
   v.field("acceleration_limit", p.acceleration_limit, {0.0, 1000.0}, "m/s^2", Presence::optional);
 }
 
-/// Learning of dead time, lag, gain and acceleration limit, the same for both sides. Only the constructor allocates.
+/// Learning for both sides at once. Only the constructor allocates.
 class DriveTrainLearning {
  public:
   /// @param model to start from; @param wheel_radius r [m]; @param wheel_variance Sigma_y of a measured wheel speed,
@@ -88,10 +86,8 @@ class DriveTrainLearning {
   const DriveTrainTiming& timing() const { return timing_; }
 
  private:
-  static constexpr int kGrid = DriveTrainFit::kGrid;
   static constexpr int kLags = 10;
-  static constexpr std::array<double, 4> kShares{1.0, 0.8, 0.63, 0.5};  // lambda
-  static constexpr int kRuns = static_cast<int>(kShares.size());        // of each lag
+  static constexpr std::array<double, 4> kShares{1.0, 0.8, 0.63, 0.5};  // lambda, one for each run of a lag
 
   /// Minimum along theta.
   struct Minimum {
@@ -100,10 +96,10 @@ class DriveTrainLearning {
     double gain_variance = 0.0;  // of it
   };
   /// Minima by lag and dead time, along the share of the limit.
-  using Minima = std::array<std::array<Minimum, kGrid>, kLags>;
+  using Minima = std::array<std::array<Minimum, DriveTrainFit::kGrid>, kLags>;
 
-  DriveTrainFit& fit(int lag, int run) { return fits_[static_cast<std::size_t>(lag * kRuns + run)]; }
-  double limit(int run) const;
+  DriveTrainFit& fit(int lag, std::size_t run) { return fits_[static_cast<std::size_t>(lag) * kShares.size() + run]; }
+  double limit(std::size_t run) const { return kShares[run] * limit_ / wheel_radius_; }  // of a run [rad/s^2]
   void watch(const WheelVector& given);
   void count();
   void beginMotion();
@@ -117,7 +113,7 @@ class DriveTrainLearning {
   bool takeOver(bool ended);
   bool raiseLimit();
   bool lowerLimit();
-  bool setLimit(double limit, int same);
+  bool setLimit(double limit, std::size_t same);
 
   double wheel_radius_;
   double wheel_variance_;
@@ -128,11 +124,11 @@ class DriveTrainLearning {
   DriveTrainTiming expected_;   // as configured or restored
   double largest_limit_ = 0.0;  // that the motors may follow [m/s^2]
   std::vector<DriveTrainFit> fits_;
-  std::array<double, kGrid> turns_memory_{};  // F of earlier turns by dead time
+  std::array<double, DriveTrainFit::kGrid> turns_memory_{};  // F of earlier turns by dead time
 
   // Motion under way.
-  WheelVector given_ = WheelVector::Zero();    // sum of the commands since the last step of the runs [rad/s]
-  int ticks_ = 0;                              // inner steps since then
+  WheelVector given_ = WheelVector::Zero();    // mean command of the present step of the runs so far [rad/s]
+  double part_ = 0.0;                          // elapsed part of that step
   WheelVector before_ = WheelVector::Zero();   // commands when the motion began [rad/s]
   WheelVector resting_ = WheelVector::Zero();  // commands about which they are settled [rad/s]
   double settled_ = 0.0;                       // time since they last changed [s]

@@ -22,10 +22,7 @@ class DriveTrainReference {
   /// [s].
   DriveTrainReference(const PlantModel& model, double wheel_radius, double reference_time, double step);
 
-  /// Advances by one action period towards a wheel speed [rad/s]; returns the input r [rad/s] of the model for it.
-  double advance(double wanted);
-
-  /// The input r [rad/s] that advance() would return.
+  /// The input r [rad/s] towards a wheel speed [rad/s] in the next action period.
   double input(double wanted) const;
 
   /// Advances by one action period with this input [rad/s], within the acceleration limit.

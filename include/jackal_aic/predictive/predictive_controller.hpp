@@ -10,12 +10,9 @@
 ///     act      da/dt descends 1/2 eps_a^2 / Sigma_a with eps_a = gain a + d - w*, so that the disturbance is cancelled
 ///              and the wheel's own dynamics become the reference dynamics                     (wheel_controller.hpp)
 ///
-/// The set point enters through a reference model of the wheel speed, dw_ref/dt = clamp((w_d - w_ref)/tau_ref, +-
-/// limit). It is the state dynamics f(mu) of a path that the drive train can follow (drive_train_reference.hpp). The
-/// input w* takes the drive train of the model from one point of that path to the next within an action period. The
-/// goal is not in the belief, so the reported body velocity is an unbiased estimate.
-///
-/// A robot at rest with a zero set point gets a command of exactly zero (standstill.hpp).
+/// The set point enters through the state dynamics f(mu) of a path that the drive train can follow
+/// (drive_train_reference.hpp); w* is the input that follows it. The goal is not in the belief, so the reported body
+/// velocity is an unbiased estimate. A robot at rest with a zero set point gets a command of zero (standstill.hpp).
 
 #include <Eigen/Core>
 

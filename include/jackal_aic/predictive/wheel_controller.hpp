@@ -7,11 +7,9 @@
 ///     refer     w*, the input that takes the drive train along the reference model's path (drive_train_reference.hpp)
 ///     act       v <- v - kappa_a (d2F/dv2)^-1 dF/dv,  F = 1/2 eps_a^2 / Sigma_a,  eps_a = gain v + d - w*
 ///     command   a, whose effective part behind the motors' dead zone is v; a = v without one     (DeadZone)
-///     hold      the driven part of the action goes into belief and path
 ///
-/// So the action cancels the believed disturbance, within the range of possible motors, and the wheel's dynamics become
-/// the reference dynamics. Because of the dead time the present measurement does not depend on the present action: only
-/// the expected error eps_a has a gradient.
+/// So the action cancels the believed disturbance, within the range of possible motors. Because of the dead time the
+/// present measurement does not depend on the present action: only the expected error eps_a has a gradient.
 
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"

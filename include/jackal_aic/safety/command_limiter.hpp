@@ -12,17 +12,11 @@
 
 namespace jackal_aic {
 
-/// Regulates the wheel command. Speeds are bounded by one factor on both wheels, which keeps the curvature of the path.
-/// The change since the last command is bounded by one factor as well: on the way from rest to an arc, and from one
-/// speed to another on an arc, the curvature stays. With a jerk limit the axes change separately if one factor would
-/// break it. Speed and acceleration bounds hold always, the jerk bound within them.
-///
-/// Deceleration is a change of an axis towards zero, in both directions of driving; beyond zero it is acceleration. At
-/// zero the change has fallen to the acceleration limit; without a jerk limit it falls at once.
-///
-/// A jerk limit needs the end of a change. A controller's command moves with every step, so the end is its set point.
-///
-/// None of the functions allocates or throws.
+/// Regulates the wheel command. Speeds, and changes since the last command, are bounded by one factor on both wheels,
+/// which keeps the curvature of the path; with a jerk limit the axes change separately if one factor would break it.
+/// Speed and acceleration bounds hold always, the jerk bound within them. Deceleration is a change of an axis towards
+/// zero, in both directions of driving. A jerk limit needs the end of a change, which is the set point. Nothing
+/// allocates or throws.
 class CommandLimiter {
  public:
   /// @param period time from one command to the next [s].

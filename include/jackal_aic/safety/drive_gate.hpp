@@ -10,10 +10,9 @@
 ///     stopped ----- no cause ---------> driving
 ///     faulted ----- released ---------> driving, stopped or idle
 ///
-/// A brake continues to zero even if its cause ends before. A latch holds the robot at rest. It is set by the start, by
-/// a fault, and with restart_after_stop: acknowledged by a stop of a person or the robot (Severity::halt). At rest,
-/// once the cause is gone (a fault for brake.fault_hold), a zero set point or a pause of the set points releases it. A
-/// moving set point does not, because it was sent before the stop.
+/// A brake continues to zero even if its cause ends before. A latch holds the robot at rest: after the start, a fault,
+/// and with restart_after_stop: acknowledged a stop of a person or the robot (Severity::halt). At rest, once the cause
+/// is gone (a fault for brake.fault_hold), a zero set point or a pause of the set points releases it.
 
 #include "jackal_aic/model/skid_steer_kinematics.hpp"
 #include "jackal_aic/model/types.hpp"

@@ -36,13 +36,6 @@ void describeFields(Visitor& v, LossPolicyParameters& p) {
   v.field("model_time", p.model_time, {0.0, 60.0}, "s", Presence::optional);
 }
 
-/// How a controller tolerates missing channels.
-enum class LossTolerance {
-  one_of_three,  ///< the thesis' structures: any two of yaw rate and wheels suffice (reconstructed())
-  model,         ///< the predictive structure: its model needs none of them
-  open_loop      ///< the baseline uses no channel
-};
-
 /// What is lost.
 enum class Loss {
   none,
@@ -68,7 +61,7 @@ struct LossDecision {
 
 /// Decides for or against driving on. @param valid channels that count; @param blind_time time since the last sample
 /// with which two of yaw rate and wheels counted [s]; @param on_box the yaw rate does not depend on the wheels.
-LossDecision decideOnLoss(const LossPolicyParameters& policy, LossTolerance tolerance, const ChannelValidity& valid,
-                          double blind_time, bool on_box);
+LossDecision decideOnLoss(const LossPolicyParameters& policy, const ChannelValidity& valid, double blind_time,
+                          bool on_box);
 
 }  // namespace jackal_aic

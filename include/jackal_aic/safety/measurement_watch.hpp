@@ -28,8 +28,8 @@ struct SensorHealth {
 
 /// Settings of the watch.
 struct MeasurementWatchParameters {
-  LossPolicyParameters on_loss;                           ///< reaction to lost sensors
-  LossTolerance tolerance = LossTolerance::one_of_three;  ///< of the controller that gets the measurements
+  LossPolicyParameters on_loss;           ///< reaction to lost sensors
+  bool open_loop = false;                 ///< no loss stops the open-loop baseline, which uses no channel
   std::optional<FaultParameters> faults;  ///< of the fault detection, which needs a plant model; empty: none
   GeometryParameters geometry;            ///< of the robot
   std::optional<PlantModel> plant_model;  ///< model of its motors

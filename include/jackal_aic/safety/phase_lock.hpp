@@ -10,10 +10,9 @@
 namespace jackal_aic {
 
 /// Locks the phase of a periodic action to measurements of any rate: the action moves to the phase with the smallest
-/// mean age of the recent measurements. A measurement right after the action waits for a whole period, one before it
-/// only until the action. So the action follows the measurements closely, jitter included, and does not wait for rare
-/// late ones. The period changes by up to 1/64, or by more once after the start or a silence. No clock: times are
-/// passed in nanoseconds. Nothing allocates.
+/// mean age of the recent measurements. So the action follows the measurements closely, jitter included, and does not
+/// wait for rare late ones. The period changes by up to 1/64, or by more once after the start or a silence. No clock:
+/// times are passed in nanoseconds. Nothing allocates.
 class PhaseLock {
  public:
   /// @param period of the action [ns], 1000 or more.

@@ -8,9 +8,8 @@
 namespace jackal_aic {
 
 /// Keeps belief and action steps in their fixed ratio and order, although two timers fire late and in any order. An
-/// action period has n belief steps and ends with one action step at its boundary. The belief timer may not run past a
-/// boundary whose action is still due; the action timer first runs the belief steps that are missing. So the sequence
-/// of steps does not depend on how the timers are served.
+/// action period has n belief steps and ends with one action step at its boundary: the belief timer does not run past a
+/// boundary whose action is due, and the action timer first runs the belief steps that are missing.
 class StepSchedule {
  public:
   /// @param belief_step length of a belief step [ns]; @param belief_steps_per_action n, 1 or more;

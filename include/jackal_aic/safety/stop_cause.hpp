@@ -3,10 +3,8 @@
 /// @file
 /// Causes that keep the robot from driving.
 
-#include <algorithm>
 #include <bitset>
 #include <cstddef>
-#include <initializer_list>
 
 namespace jackal_aic {
 
@@ -72,12 +70,6 @@ class StopCauses {
   StopCauses& add(const StopCauses& causes) {
     set_ |= causes.set_;
     return *this;
-  }
-
-  /// True if one of the causes is present.
-  bool hasAny(std::initializer_list<StopCause> causes) const {
-    return std::any_of(causes.begin(), causes.end(),
-                       [this](StopCause c) { return set_.test(static_cast<std::size_t>(c)); });
   }
 
   /// The cause that counts, or `none`.

@@ -14,8 +14,7 @@
 
 #include "jackal_aic/config/parameter_map.hpp"
 #include "jackal_aic/config/text.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
-#include "jackal_aic/config/yaml_text.hpp"
+#include "jackal_aic/config/yaml.hpp"
 
 namespace jackal_aic {
 namespace {

@@ -7,8 +7,7 @@
 #include "jackal_aic/certificate/certificate.hpp"
 #include "jackal_aic/config/text.hpp"
 #include "jackal_aic/config/urdf_geometry.hpp"
-#include "jackal_aic/config/yaml_parameters.hpp"
-#include "jackal_aic/config/yaml_text.hpp"
+#include "jackal_aic/config/yaml.hpp"
 
 namespace jackal_aic {
 namespace {

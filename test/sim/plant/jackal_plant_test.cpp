@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "jackal_aic/config/yaml_parameters.hpp"
+#include "jackal_aic/config/yaml.hpp"
 #include "motor.hpp"
 #include "test_plant.hpp"
 
