@@ -119,7 +119,7 @@ std::optional<SensorReading> ImuReader::read(const sensor_msgs::Imu& message, co
   if (refusal_.empty() && !observation) refusal_ = "IMU data that is not finite";
   if (!refusal_.empty()) return std::nullopt;
   rotation_ = *rotation;
-  SensorReading reading{*observation, FrozenSource::Sample::Zero()};
+  SensorReading reading{*observation, InputSource::Sample::Zero()};
   const auto& w = message.angular_velocity;
   const auto& a = message.linear_acceleration;
   reading.sample.head<6>() << w.x, w.y, w.z, a.x, a.y, a.z;
@@ -160,7 +160,7 @@ std::optional<SensorReading> SensorPairing::addWheels(const sensor_msgs::JointSt
     paired_wheels_ = message->header.stamp;
     wheel_input_.add(message);
   }
-  SensorReading reading{*observation, FrozenSource::Sample::Zero()};
+  SensorReading reading{*observation, InputSource::Sample::Zero()};
   const auto left = meanOf(*message, message->position, names_.left_wheel_joints);
   const auto right = meanOf(*message, message->position, names_.right_wheel_joints);
   reading.sample.head<4>() << reading.observation.wheel_left, reading.observation.wheel_right, left.value_or(0.0),
