@@ -10,7 +10,7 @@ AxisEvidence AccelerationAxis::weigh(double measured, double error, double doubt
                                      Repetition::Kind kind, double step) {
   P_(0, 0) = std::min(P_(0, 0) + square(kWandering) * step, square(kUnknown));
   row_ << 1.0, square(yaw_rate);
-  speed_squared_ = square(speed) + square(kLeastSpeed);
+  speed_squared_ = square(speed) + square(thresholds::kSlow);
   variance_ = row_.dot(P_ * row_) + std::max(noise_.variance(), vibration_ * speed_squared_) + doubt;
   error_ = error;
   measured_ = measured;
@@ -37,7 +37,7 @@ void AccelerationAxis::learn(double explained, double range, double healthy, dou
   const double most = excluded ? std::min(kLeastOffset, steepest_) : steepest_;
   theta_(0) = std::clamp(theta_(0), -most, most);
   P_ -= weight * Ph * Ph.transpose();
-  noise_.update(error_, -std::expm1(-step / kNoiseMemory), healthy);
+  noise_.update(error_, -std::expm1(-step / thresholds::kMotionMemory), healthy);
   const double largest = kLargestRatio * std::max(vibration_ * speed_squared_, noise_.variance());
   vibration_ -= healthy * std::expm1(-step / kVibrationMemory) *
                 (std::min(square(error_), largest) / speed_squared_ - vibration_);

@@ -42,7 +42,7 @@ void SampleHold::update(double value, double least, double step) {
     return;
   }
   const double move = std::abs(change) > least ? change : 0.0;
-  if (move * last_move_ > 0.0 && held_ <= kLongest && held_ > holds_[0]) {
+  if (move * last_move_ > 0.0 && held_ <= thresholds::kPatience && held_ > holds_[0]) {
     holds_[0] = held_;
     std::sort(holds_.begin(), holds_.end());
     longest_ = holds_[0] > 0.0 ? holds_[0] : holds_[2];

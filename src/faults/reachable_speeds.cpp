@@ -6,14 +6,13 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kStep = DriveTrain::kStep;
-
 std::size_t steps(double time) {
-  return static_cast<std::size_t>(std::lround(std::clamp(time, 0.0, ReachableSpeeds::kLongestDeadTime) / kStep));
+  return static_cast<std::size_t>(
+      std::lround(std::clamp(time, 0.0, ReachableSpeeds::kLongestDeadTime) / DriveTrain::kStep));
 }
 
 Pace paceWith(const PlantModel& model, double wheel_radius, double lag, double limit_factor) {
-  Pace pace = paceOf(lag, model.acceleration_limit / wheel_radius, kStep);
+  Pace pace = paceOf(lag, model.acceleration_limit / wheel_radius, DriveTrain::kStep);
   pace.largest_change *= limit_factor;
   return pace;
 }
@@ -51,8 +50,8 @@ Range ReachableSpeeds::predict(double command) {
   commands_.add(dead_zone_.effective(command));
   const Range acting = commands_.range(shortest_delay_, longest_delay_);
   const double r_low = gain_ * acting.low, r_high = gain_ * acting.high;
-  const Range rates{std::min(0.0, fast_.towards(r_low, high_)) / kStep,
-                    std::max(0.0, fast_.towards(r_high, low_)) / kStep};
+  const Range rates{std::min(0.0, fast_.towards(r_low, high_)) / DriveTrain::kStep,
+                    std::max(0.0, fast_.towards(r_high, low_)) / DriveTrain::kStep};
   low_ += (r_low < low_ ? fast_ : slow_).towards(r_low, low_);
   high_ += (r_high > high_ ? fast_ : slow_).towards(r_high, high_);
   nominal_ = std::clamp(nominal_ + nominal_pace_.towards(gain_ * this->acting(), nominal_), low_, high_);

@@ -17,14 +17,13 @@ constexpr double kLargestDeviation = 0.3;
 /// Time in which the belief learns a gain error [s].
 constexpr double kMemory = 0.5;
 
-/// Smaller changes of a wheel speed are no noise [rad/s].
-constexpr double kResolution = 1e-5;
-
 /// Share of the width of the reachable interval that counts as motion between two samples.
 constexpr double kUnderWay = 0.25;
 
-/// Motion that a working encoder must show: in steps of its resolution, at least [rad/s], and relative to its speed.
-constexpr double kMissedSteps = 3.0;
+/// Steps of an encoder that are motion, no noise.
+constexpr double kSteps = 3.0;
+
+/// Motion that a working encoder must show in addition: at least [rad/s], and relative to its speed.
 constexpr double kLeastMotion = 0.02;
 constexpr double kDrift = 0.01;
 
@@ -35,12 +34,8 @@ constexpr double kCoarsestStep = 0.2;
 /// A heavy robot on sticky ground may not reach more.
 constexpr double kSlowestRamp = 2.0;
 
-/// Change of an encoder beyond its noise: steps of its resolution, and at least so much [rad/s].
-constexpr double kHeldSteps = 3.0;
+/// Least change of an encoder beyond its noise [rad/s].
 constexpr double kHeldMotion = 0.1;
-
-/// Age of an empty interval [s].
-constexpr double kUnknownAge = 1e3;
 
 /// Error that every model has [rad/s].
 constexpr double kAnyMisfit = 0.3;
@@ -150,7 +145,7 @@ Range WheelMonitor::steady() const {
 }
 
 void WheelMonitor::begin(double speed) {
-  held_ = {{speed, speed}, {speed, speed}, clock_ - kUnknownAge};
+  held_ = {{speed, speed}, {speed, speed}, -HUGE_VAL};
   intervals_.fill(held_);
   last_speed_ = measured_ = speed;
   frozen_ = suspect_ = recovering_ = led_away_ = jumped_ = false;
@@ -247,7 +242,7 @@ double WheelMonitor::errorOf(double measurement) const {
 
 void WheelMonitor::compare(double measurement, double step) {
   const double since_renewed = hold_.held() + step;
-  hold_.update(measurement, std::max(kHeldSteps * quantum_, kHeldMotion), step);
+  hold_.update(measurement, std::max(kSteps * quantum_, kHeldMotion), step);
   holdIntervals(step);
   if (jumps(measurement, step)) {
     jumped_ = true;
@@ -312,9 +307,9 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   const double explained =
       std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
   const bool repeats = repetition_.repeats(measurement);
-  constexpr auto kKind = faults::Repetition::moving;  // noise at rest is that of a wheel that turns
-  silence_ = repeats && !may_rest ? silence_ - repetition_.logChance(measurement, kKind) : 0.0;
-  repetition_.update(measurement, explained, kKind, faults::probabilityOf(kSilent - silence_), may_rest);
+  const auto kind = faults::Repetition::moving;  // noise at rest is that of a wheel that turns
+  silence_ = repeats && !may_rest ? silence_ - repetition_.logChance(measurement, kind) : 0.0;
+  repetition_.update(measurement, explained, kind, faults::probabilityOf(kSilent - silence_), may_rest);
   const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;
   quantum_ = std::min(repetition_.resolution(), kCoarsestStep);
   const double low = reachable_.low(), high = reachable_.high(), least = repeats ? leastMissed(measurement) : 0.0;
@@ -330,7 +325,7 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
 double WheelMonitor::leastMissed(double measurement) const {
   // Before the resolution is known, assume the coarsest.
   const double quantum = quantum_ > 0.0 ? quantum_ : kCoarsestStep;
-  return std::max({kMissedSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
+  return std::max({kSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
          thresholds::kSure * std::sqrt(misfit_);
 }
 

@@ -57,9 +57,7 @@ class AccelerationAxis {
  private:
   static constexpr double kUnknown = 1.0;          // standard deviation of g at the start, 6 degrees [m/s^2]
   static constexpr double kWandering = 0.3;        // of g after a second [m/s^2]
-  static constexpr double kNoiseMemory = 0.2;      // s
   static constexpr double kVibrationMemory = 5.0;  // over which it is learned how much the speed shakes [s]
-  static constexpr double kLeastSpeed = 0.05;      // of vibration [m/s]
   static constexpr double kJolt = 8.0;             // noise of a jolt in multiples of the usual one
   static constexpr double kLeastOffset = 2.0;      // of a fault; a smaller one is an inclination (12 degrees) [m/s^2]
 

@@ -121,8 +121,6 @@ class Persistence {
 /// runs are needed.
 class SampleHold {
  public:
-  static constexpr double kLongest = 0.3;  ///< that is believed [s]
-
   /// Takes a sample. @param least smallest change beyond the noise; @param step time since the last sample [s].
   void update(double value, double least, double step);
 

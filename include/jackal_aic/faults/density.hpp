@@ -43,8 +43,7 @@ inline double studentWeight(double squared, double variance) {
 
 /// ln N(e; 0, S).
 inline double logNormal(double error, double variance) {
-  constexpr double kPi = 3.14159265358979323846;
-  return -0.5 * (std::log(2.0 * kPi * variance) + error * error / variance);
+  return -0.5 * (std::log(2.0 * M_PI * variance) + error * error / variance);
 }
 
 /// ln(e^a + e^b).
