@@ -5,13 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "jackal_aic/model/forgetting.hpp"
-#include "jackal_aic/model/thresholds.hpp"
-
 namespace jackal_aic {
 namespace {
 
-constexpr double kLoadLasts = 0.3;  // s for which the load of a turn acts on the motors afterwards
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
 }
@@ -144,7 +140,6 @@ void PredictiveController::predict() {
 }
 
 void PredictiveController::correct(const Observation& y) {
-  watchTurn();
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
   const double of_wheels = correctWheels(y), of_yaw_rate = correctYawRate(y);
   free_energy_ = of_wheels + of_yaw_rate;
@@ -174,16 +169,6 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
   model_.gain = configured_model_.gain * timing.gain_share;
   left_.setDriveTrain(model_, geometry_.wheel_radius);
   right_.setDriveTrain(model_, geometry_.wheel_radius);
-}
-
-/// Share of the turn, now or recently, that loads the motors.
-void PredictiveController::watchTurn() {
-  if (model_.on_box) return;
-  const double difference = std::abs(right().speed() - left().speed());
-  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, kLoadLasts));
-  const double share = std::clamp(turning_ / thresholds::kMoving - 1.0, 0.0, 1.0);
-  left_.setTurning(share);
-  right_.setTurning(share);
 }
 
 double PredictiveController::correctWheels(const Observation& y) {
@@ -338,7 +323,7 @@ void PredictiveController::resetMotion() {
   observed_ = started_ = shaken_ = false;
   set_point_ = {};
   standstill_ = {};
-  free_energy_ = turning_ = 0.0;
+  free_energy_ = 0.0;
   errors_.setZero();
   restart();
 }

@@ -139,7 +139,6 @@ class PredictiveController : public VelocityController {
   void correctForwardSpeed(const Observation& observation);
   int observedWheels(const Observation& y) const;
   double standInVariance() const;
-  void watchTurn();
   void learnDriveTrain(const Observation& observation);
   void setTiming(const DriveTrainTiming& timing);
   WheelVector inputs() const;
@@ -167,7 +166,6 @@ class PredictiveController : public VelocityController {
   bool shaken_ = false;            // a jolt of the ground shakes the robot
   double observation_step_ = 0.0;  // between the last two observations [s]
   double free_energy_ = 0.0;
-  double turning_ = 0.0;  // recent difference of the wheel speeds [rad/s]
   SensorVector errors_ = SensorVector::Zero();
 };
 
