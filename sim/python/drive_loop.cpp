@@ -63,7 +63,7 @@ motors_shared: another source may drive; say so by applied().)")
           "usual_yaw_rate",
           [](const DriveLoop& d, double left, double right) {
             if (d.predictive() == nullptr) throw ParameterError("usual_yaw_rate: only `predictive` learns it");
-            return d.predictive()->slipBelief().usualYawRate(left, right);
+            return d.predictive()->turn().usualYawRate({left, right});
           },
           py::arg("left"), py::arg("right"),
           "Yaw rate [rad/s] of these wheel speeds [rad/s], as `predictive` learned it.")

@@ -8,22 +8,13 @@
 #include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
-namespace {
-
-constexpr double kTurnMemory = 15.0;  // of how much the ground disturbs a turn [s]
-constexpr double kSteady = 0.01;      // m/s; largest difference of the slips of a body that has followed its wheels
-
-}  // namespace
 
 void MotionUncertainty::Innovations::learn(double free_energy, double step) {
   const double value = std::min(2.0 * free_energy, kLargestFactor);
   average(mean, std::min(value, square(thresholds::kSure) * mean), step, thresholds::kNoiseMemory);
-  average(lately, value, step, kShortMemory);
 }
 
-double MotionUncertainty::Innovations::factor() const {
-  return std::clamp(std::max(mean, lately / kBurst), kLeastFactor, kLargestFactor);
-}
+double MotionUncertainty::Innovations::factor() const { return std::clamp(mean, kLeastFactor, kLargestFactor); }
 
 void MotionUncertainty::predict(double left_acceleration, double right_acceleration, double step) {
   if (on_box_) return;
@@ -33,9 +24,9 @@ void MotionUncertainty::predict(double left_acceleration, double right_accelerat
 }
 
 void MotionUncertainty::learnTurn(double yaw_rate, double usual, double step) {
-  if (on_box_ || std::abs(usual) < thresholds::kTurning || std::abs(slip_(1) - slip_(0)) > kSteady) return;
+  if (on_box_ || std::abs(usual) < thresholds::kTurning) return;
   const double deviation = std::abs(yaw_rate / usual - 1.0);
-  average(turn_, deviation > kUsualTurn ? square(deviation) : 0.0, step, kTurnMemory);
+  average(turn_, deviation > kUsualTurn ? square(deviation) : 0.0, step, thresholds::kSensorMemory);
 }
 
 double MotionUncertainty::forwardVariance(double believed, const BodyVector& velocity, double ahead) const {
@@ -50,10 +41,8 @@ double MotionUncertainty::forwardVariance(double believed, const BodyVector& vel
 
 double MotionUncertainty::yawVariance(double believed, const BodyVector& velocity, double ahead) const {
   if (on_box_) return wheels_.factor() * believed + square(ahead);
-  const double factor = gyro_.factor();
-  const double turning_in = std::max(0.0, square(factor) - 1.0) * square(kTurnIn * (slip_(1) - slip_(0)) / track_);
-  // φ P + Δθ̇² + (m q θ̇)² + (φ² − 1) (k (s_R − s_L)/b̂)²
-  return factor * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_ + turning_in;
+  // φ P + Δθ̇² + (m q θ̇)²
+  return gyro_.factor() * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_;
 }
 
 void MotionUncertainty::resetMotion() {

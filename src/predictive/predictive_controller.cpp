@@ -8,27 +8,15 @@
 namespace jackal_aic {
 namespace {
 
+constexpr double kCertainTurn = 7.0;  // least difference of the wheel speeds to learn from, standard deviations of it
+constexpr double kDelayDeviations = 2.0;  // by which the body may follow late
+
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
 }
 
-SlipLearning slipLearning(const PredictiveParameters& p, double range) {
-  return {p.gyro_variance, p.yaw_delay_deviation, p.slip_excitation, range};
-}
-
-SlipBelief slipBeliefOf(const PredictiveParameters& p, const GeometryParameters& geometry, const PlantModel& model) {
-  return SlipBelief({geometryOf(model, geometry).effective_track, geometry.slip_factor}, geometry.wheel_radius,
-                    slipLearning(p, geometry.track_range));
-}
-
-WheelDifference difference(const Observation& y, const WheelBelief& left, const WheelBelief& right) {
-  const double difference = right.speed() - left.speed(), mean = 0.5 * (left.speed() + right.speed());
-  return {difference,
-          right.speedVariance() + left.speedVariance(),
-          right.acceleration() - left.acceleration(),
-          y.wheel_right - y.wheel_left - difference,
-          mean,
-          0.5 * (y.wheel_left + y.wheel_right) - mean};
+Turn turnOf(const GeometryParameters& geometry) {
+  return Turn({geometry.effective_track, geometry.slip_factor}, geometry.wheel_radius, geometry.track_range);
 }
 
 PredictiveParameters validated(const PredictiveParameters& parameters) {
@@ -44,10 +32,6 @@ void requireNotNegative(const char* name, double value, const char* unit) {
 void requirePositive(const char* name, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
   throw ParameterError(fmt::format("slip.{} = {:g}: must be positive", name, value));
-}
-
-MotionUncertainty uncertaintyOf(const GeometryParameters& geometry, const PlantModel& model) {
-  return {geometry.wheel_radius, geometryOf(model, geometry).effective_track, model.on_box};
 }
 
 void requireSameRate(const char* key, double wanted, double running) {
@@ -67,12 +51,12 @@ PredictiveController::PredictiveController(const PredictiveParameters& parameter
       inner_steps_(static_cast<int>(std::lround(1.0 / (parameters.belief_rate * WheelBelief::kStep)))),
       left_(parameters, model, geometry.wheel_radius),
       right_(left_),
-      sides_(geometry, !model.on_box),
+      sides_(geometryOf(model, geometry), !model.on_box),
       yaw_(yawParameters(parameters)),
       traction_(parameters.turning_centre),
-      slip_(slipBeliefOf(parameters, geometry, model)),
+      turn_(turnOf(geometryOf(model, geometry))),
       drive_train_(model, geometry.wheel_radius, parameters.wheel_variance),
-      uncertainty_(uncertaintyOf(geometry, model)) {}
+      uncertainty_(geometry.wheel_radius, model.on_box) {}
 
 // ---- sense
 
@@ -89,7 +73,6 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   if (observed_ && !model_.on_box) correctForwardSpeed(observation_);
   const bool first = !started_;
   observation_step_ = first ? 0.0 : observation.stamp - observation_.stamp;
-  if (!first) learnTurn(observation);
   observation_ = observation;
   sides_.observe(observation, observation.valid);
   believeMissing(observation_);
@@ -99,16 +82,6 @@ SampleVerdict PredictiveController::observe(const Observation& observation) {
   right_.reset(observation_.wheel_right);
   restart();
   return SampleVerdict::restarted;
-}
-
-/// Innovations: against the beliefs before the measurement.
-void PredictiveController::learnTurn(const Observation& y) {
-  // On a box the gyro does not measure the turn of the wheels.
-  if (!parameters_.learn_track || frozen_ || shaken_ || model_.on_box) return;
-  if (!y.valid.wheel_left || !y.valid.wheel_right || !y.valid.yaw_rate) return;
-  // Without attitude a slope would count as lateral acceleration.
-  slip_.learnTrack(y.yaw_rate, y.valid.acceleration && y.level ? y.acceleration_y : 0.0, difference(y, left(), right()),
-                   observation_step_);
 }
 
 void PredictiveController::believeMissing(Observation& y) const {
@@ -132,24 +105,42 @@ void PredictiveController::predict() {
   left_.predict();
   right_.predict();
   if (learnsDriveTrain()) drive_train_.predict({left_.effectiveAction(), right_.effectiveAction()});
-  yaw_.predict(
-      slipBelief().yawAcceleration({left().speed(), right().speed()}, {left().acceleration(), right().acceleration()}),
-      WheelBelief::kStep);
+  yaw_.predict(turn_.yawPerDifference(wheels()) * (right().acceleration() - left().acceleration()), WheelBelief::kStep);
   traction_.predict(WheelBelief::kStep);
   uncertainty_.predict(left().acceleration(), right().acceleration(), WheelBelief::kStep);
 }
 
 void PredictiveController::correct(const Observation& y) {
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
-  const double of_wheels = correctWheels(y), of_yaw_rate = correctYawRate(y);
+  const double of_wheels = correctWheels(y);
+  learnTurn(y);
+  const double of_yaw_rate = correctYawRate(y);
   free_energy_ = of_wheels + of_yaw_rate;
   if (const int measured = observedWheels(y)) uncertainty_.learnWheels(of_wheels / measured, observation_step_);
   if (y.valid.yaw_rate) {
     uncertainty_.learnGyro(of_yaw_rate, observation_step_);
-    uncertainty_.learnTurn(y.yaw_rate, slipBelief().usualYawRate(left().speed(), right().speed()), observation_step_);
+    uncertainty_.learnTurn(y.yaw_rate, turn_.usualYawRate(wheels()), observation_step_);
   }
   if (!model_.on_box) correctForwardSpeed(y);
   learnDriveTrain(y);
+}
+
+void PredictiveController::learnTurn(const Observation& y) {
+  turn_.pass(observation_step_);
+  // On a box the gyro does not measure the turn of the wheels.
+  if (!parameters_.learn_track || frozen_ || shaken_ || model_.on_box || sides_.contradicted()) return;
+  if (!y.valid.wheel_left || !y.valid.wheel_right || !y.valid.yaw_rate || observation_step_ == 0.0) return;
+  // Coarse encoders and late wheels are no turn, and noise of the regressor would draw the ratio towards zero.
+  const double innovation = errors_(kWheelRight) - errors_(kWheelLeft);
+  const double of_wheels = left().speedVariance() + right().speedVariance() + innovation * innovation;
+  const double least = std::max(parameters_.slip_excitation, kCertainTurn * std::sqrt(of_wheels));
+  // A body that is late is late for the deviation of its delay: that many samples have the same error.
+  const double slope = turn_.yawPerDifference(wheels()), late = kDelayDeviations * yaw_.unfollowed();
+  const double lasts = std::max(1.0, parameters_.yaw_delay_deviation / observation_step_);
+  const double variance = parameters_.gyro_variance + slope * slope * of_wheels + lasts * late * late;
+  // Without attitude a slope would count as lateral acceleration.
+  const double lateral = y.valid.acceleration && y.level ? y.acceleration_y : 0.0;
+  turn_.learn({y.yaw_rate, lateral, wheels(), variance}, least, observation_step_);
 }
 
 void PredictiveController::learnDriveTrain(const Observation& y) {
@@ -178,7 +169,7 @@ double PredictiveController::correctWheels(const Observation& y) {
   const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
   const bool one_stands_in = yaw_tells && y.valid.wheel_left != y.valid.wheel_right;
   const double mean = 0.5 * (left().speed() + right().speed());
-  const double difference = one_stands_in ? slipBelief().wheelDifference(y.yaw_rate, mean) : 0.0;
+  const double difference = one_stands_in ? turn_.wheelDifference(y.yaw_rate, mean) : 0.0;
   double free_energy = 0.0;
   if (y.valid.wheel_left) {
     free_energy += left_.correct(y.wheel_left);
@@ -201,7 +192,7 @@ int PredictiveController::observedWheels(const Observation& y) const {
 
 double PredictiveController::standInVariance() const {
   // omega_L = omega_R - theta_dot / slope, where theta_dot comes late by the yaw's delay
-  const double slope = slipBelief().yawPerDifference(left().speed(), right().speed());
+  const double slope = turn_.yawPerDifference(wheels());
   const double late = parameters_.yaw_delay_deviation * (right().acceleration() - left().acceleration());
   return parameters_.gyro_variance / (slope * slope) + late * late;
 }
@@ -209,9 +200,8 @@ double PredictiveController::standInVariance() const {
 double PredictiveController::correctYawRate(const Observation& y) {
   if (!model_.on_box && y.valid.yaw_rate) return yaw_.correct(y.yaw_rate);
   // Without a gyro, or on a box, only the wheels measure the turn.
-  const double slope = slipBelief().yawPerDifference(left().speed(), right().speed());
-  yaw_.follow(slipBelief().yawRate(left().speed(), right().speed()),
-              slope * slope * (left().speedVariance() + right().speedVariance()));
+  const double slope = turn_.yawPerDifference(wheels());
+  yaw_.follow(turn_.yawRate(wheels()), slope * slope * (left().speedVariance() + right().speedVariance()));
   return 0.0;
 }
 
@@ -248,13 +238,13 @@ WheelCommand PredictiveController::updateAction() {
 }
 
 WheelVector PredictiveController::inputs() const {
-  const WheelCommand wanted = slipBelief().wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
-  const WheelVector input(left_.input(wanted.left), right_.input(wanted.right));
+  const WheelVector wanted = turn_.wheelSpeeds(set_point_.forward, set_point_.yaw_rate);
+  const WheelVector input(left_.input(wanted(0)), right_.input(wanted(1)));
   if (turn_acceleration_ <= 0.0) return input;
   const double turn = input(1) - input(0);
   const double configured = SkidSteerKinematics(geometry_).yawPerDifference();  // as in the limits of the command
   const double largest_change = model_.gain * turn_acceleration_ / (parameters_.action_rate * configured);
-  const double in_time = right_.path().minus(left_.path()).inTime(wanted.right - wanted.left, turn, largest_change);
+  const double in_time = right_.path().minus(left_.path()).inTime(wanted(1) - wanted(0), turn, largest_change);
   return input + 0.5 * (in_time - turn) * WheelVector(-1.0, 1.0);
 }
 
@@ -286,7 +276,6 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   right_.setParameters(parameters);
   yaw_.setParameters(yawParameters(parameters));
   traction_.setTurningCentre(parameters.turning_centre);
-  slip_.setLearning(slipLearning(parameters, geometry_.track_range));
   drive_train_.setWheelVariance(parameters.wheel_variance);
   if (!learnsDriveTrain()) drive_train_.resetMotion();
 }
@@ -301,7 +290,7 @@ void PredictiveController::freezeLearning(bool frozen) {
 void PredictiveController::restart() {
   left_.restart(observation_.wheel_left);
   right_.restart(observation_.wheel_right);
-  yaw_.reset(model_.on_box ? slipBelief().yawRate(observation_.wheel_left, observation_.wheel_right)
+  yaw_.reset(model_.on_box ? turn_.yawRate({observation_.wheel_left, observation_.wheel_right})
                            : observation_.yaw_rate);
   traction_.restart();
   drive_train_.resetMotion();
@@ -311,9 +300,9 @@ void PredictiveController::restart() {
 
 void PredictiveController::reset() {
   drive_train_.setTiming({configured_model_.dead_time, configured_model_.lag, configured_model_.acceleration_limit});
-  slip_ = slipBeliefOf(parameters_, geometry_, model_);
+  turn_ = turnOf(geometryOf(model_, geometry_));
   traction_ = TractionBelief(parameters_.turning_centre);
-  uncertainty_ = uncertaintyOf(geometry_, model_);
+  uncertainty_ = {geometry_.wheel_radius, model_.on_box};
   resetMotion();
 }
 
@@ -336,7 +325,7 @@ void PredictiveController::setLearned(const LearnedModel& learned) {
     requireNotNegative("lag", learned.timing->lag, "s");
     requireNotNegative("acceleration_limit", learned.timing->acceleration_limit, "m/s^2");
   }
-  slip_.setState(learned.slip);
+  turn_.setState(learned.slip);
   if (!learned.timing) return;
   drive_train_.setTiming({std::min(learned.timing->dead_time, kLongestTiming.dead_time),
                           std::min(learned.timing->lag, kLongestTiming.lag),
@@ -347,7 +336,7 @@ void PredictiveController::setLearned(const LearnedModel& learned) {
 // ---- report
 
 double PredictiveController::forwardSpeedOf(double sum_of_wheels) const {
-  return 0.5 * geometry_.wheel_radius * slipBelief().slipFactor() * sum_of_wheels;
+  return 0.5 * geometry_.wheel_radius * turn_.slipFactor() * sum_of_wheels;
 }
 
 BodyVector PredictiveController::believedVelocity() const {
@@ -366,12 +355,12 @@ WheelVector PredictiveController::changeAhead() const {
 
 Eigen::Matrix2d PredictiveController::motionCovariance() const {
   // x_dot = r alpha (w_L + w_R)/2; the yaw rate is a belief of its own, which the wheels only move.
-  const double per_wheel = 0.5 * geometry_.wheel_radius * slipBelief().slipFactor();
+  const double per_wheel = 0.5 * geometry_.wheel_radius * turn_.slipFactor();
   double forward = per_wheel * per_wheel * (left().speedVariance() + right().speedVariance());
   forward += traction_.variance();
   const BodyVector velocity = believedVelocity();
   const WheelVector ahead = changeAhead();
-  const double turn = slipBelief().yawPerDifference(left().speed(), right().speed()) * (ahead(1) - ahead(0));
+  const double turn = turn_.yawPerDifference(wheels()) * (ahead(1) - ahead(0));
   return Eigen::Vector2d(uncertainty_.forwardVariance(forward, velocity, forwardSpeedOf(ahead.sum())),
                          uncertainty_.yawVariance(yaw_.variance(), velocity, turn))
       .asDiagonal();

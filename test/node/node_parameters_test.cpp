@@ -248,9 +248,9 @@ TEST_F(LearnedFileTest, GivesBackWhatWasWritten) {
 }
 
 TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
-  SlipBelief belief(kConfigured, 0.098, {});
+  Turn belief(kConfigured, 0.098);
   for (const double mean : {2.0, 8.0})
-    belief.learnTrack(0.6 + 0.01 * mean, 0.0, {4.0, 1e-4, 0.0, 0.0, mean, 0.0}, 0.02);
+    belief.learn({0.6 + 0.01 * mean, 0.0, {mean - 2.0, mean + 2.0}, 1e-4}, 0.5, 0.02);
   const auto turn = again({belief.state()}).slip.turn.value();
   EXPECT_EQ(turn.mean, belief.state().turn->mean);
   EXPECT_EQ(turn.covariance, belief.state().turn->covariance);

@@ -7,7 +7,7 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kRadius = 0.098, kTrack = 0.55, kPeriod = 0.02, kTick = 0.001;  // m, m, s, s
+constexpr double kRadius = 0.098, kPeriod = 0.02, kTick = 0.001;  // m, s, s
 constexpr double kBelieved = 1e-6;
 
 double forward(const MotionUncertainty& u, double speed = 0.0, double yaw_rate = 0.0) {
@@ -19,7 +19,7 @@ double yaw(const MotionUncertainty& u, double yaw_rate = 0.0, double offset = 0.
 }
 
 TEST(MotionUncertainty, GrowsAndFallsWithinBoundsByTheInnovationsOfItsOwnSensor) {
-  MotionUncertainty u(kRadius, kTrack, false);
+  MotionUncertainty u(kRadius, false);
   for (int i = 0; i < 500; ++i) u.learnWheels(2.0, kPeriod);
   EXPECT_NEAR(forward(u), 4.0 * kBelieved, 0.01 * kBelieved);
   EXPECT_NEAR(yaw(u), kBelieved, 1e-12);
@@ -38,14 +38,14 @@ TEST(MotionUncertainty, GrowsAndFallsWithinBoundsByTheInnovationsOfItsOwnSensor)
 }
 
 TEST(MotionUncertainty, IncludesTheRadiusOfTheTyresAndTheOffsetOfTheGyro) {
-  const MotionUncertainty u(kRadius, kTrack, false);
+  const MotionUncertainty u(kRadius, false);
   EXPECT_NEAR(std::sqrt(forward(u, 1.0) - kBelieved), MotionUncertainty::kRadiusDeviation, 1e-9);
   EXPECT_NEAR(std::sqrt(forward(u, -2.0) - kBelieved), 2.0 * MotionUncertainty::kRadiusDeviation, 1e-9);
   EXPECT_NEAR(yaw(u, 0.0, -0.003), kBelieved + 9e-6, 1e-12);
 }
 
 TEST(MotionUncertainty, SlipOutlastsTheAccelerationOfTheWheels) {
-  MotionUncertainty u(kRadius, kTrack, false);
+  MotionUncertainty u(kRadius, false);
   constexpr double kAcceleration = 10.0;  // rad/s^2
   for (int i = 0; i < 300; ++i) u.predict(kAcceleration, kAcceleration, kTick);
   const double slip = MotionUncertainty::kSlipTime * kRadius * kAcceleration;  // s = T dv/dt
@@ -58,7 +58,7 @@ TEST(MotionUncertainty, SlipOutlastsTheAccelerationOfTheWheels) {
 }
 
 TEST(MotionUncertainty, UnevenTurnsMoveTheCentreOfTurning) {
-  MotionUncertainty even(kRadius, kTrack, false), uneven(even);
+  MotionUncertainty even(kRadius, false), uneven(even);
   for (int i = 0; i < 500; ++i) {
     even.learnTurn(i % 2 == 0 ? 0.45 : 0.55, 0.5, kPeriod);
     uneven.learnTurn(i % 2 == 0 ? 0.35 : 0.65, 0.5, kPeriod);

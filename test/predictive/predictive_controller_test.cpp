@@ -23,11 +23,16 @@ PlantModel driveTrain() {
   return model;
 }
 
-/// A controller, and a robot with exactly the drive train of its model and a given effective track.
+/// A controller, and a robot with a given effective track and drive train: exactly that of its model, unless given.
 struct Loop {
   explicit Loop(double robot_track = kTrack, const PredictiveParameters& gains = {},
-                const GeometryParameters& geometry = {}, const PlantModel& model = driveTrain())
-      : parameters(gains), controller(gains, geometry, model), track(robot_track) {}
+                const GeometryParameters& geometry = {}, const PlantModel& model = driveTrain(),
+                const PlantModel& robot = driveTrain())
+      : parameters(gains),
+        controller(gains, geometry, model),
+        track(robot_track),
+        left(robot, kRadius, {}),
+        right(robot, kRadius, {}) {}
 
   /// Drives to a set point.
   Loop& drive(const SetPoint& set_point, double seconds) {
@@ -48,7 +53,7 @@ struct Loop {
   }
 
   double forward() const { return kRadius * 0.5 * (left.speed() + right.speed()); }
-  double yawRate() const { return kRadius * (right.speed() - left.speed()) / track; }
+  double yawRate() const { return kRadius * difference / track; }
 
   PredictiveParameters parameters;
   PredictiveController controller;
@@ -59,6 +64,7 @@ struct Loop {
   double limit = 1e9;     // of a wheel command [rad/s]
   int phase = 0;          // of the sensors ahead of the actions [ms]
   int age = 0;            // of a measurement when it arrives [ms]
+  double creep = 0.0;     // time constant by which the body follows its wheels in a turn [s]
   double fastest = 0.0;   // forward speed so far [m/s]
 
  private:
@@ -70,6 +76,7 @@ struct Loop {
       left.predict(gain * controller.action().left + push);
       right.predict(gain * controller.action().right + push);
       time += 0.001;
+      difference += 0.001 / std::max(creep, 0.001) * (right.speed() - left.speed() - difference);
       if ((k + phase) % 20 == 0) observe();
       if (k % belief == 0) controller.updateBelief();
       if (k % 20 == 0) act();
@@ -82,11 +89,13 @@ struct Loop {
   void observe() {
     WheelCommand then{left.speed(), right.speed()};
     if (age > 0) then = past.size() < static_cast<std::size_t>(age) ? WheelCommand{} : past[past.size() - age];
-    controller.observe({time, kRadius * (then.right - then.left) / track, then.left, then.right, 0.0, sideways});
+    controller.observe({time, kRadius * (age > 0 ? then.right - then.left : difference) / track, then.left, then.right,
+                        0.0, sideways});
   }
 
   std::vector<WheelCommand> past;  // wheel speeds, one per ms
-  WheelBelief left{driveTrain(), kRadius, {}}, right{driveTrain(), kRadius, {}};
+  WheelBelief left, right;
+  double difference = 0.0;  // of the wheel speeds that the body has followed [rad/s]
   double time = 0.0;
 };
 
@@ -242,6 +251,34 @@ TEST(PredictiveController, NumbersOfLostChannelsDoNotReachIt) {
     EXPECT_EQ(clean.updateAction(), poisoned.updateAction());
   }
   EXPECT_TRUE(poisoned.believedVelocity().allFinite());
+}
+
+/// A body that sticks, a gyro that is absent, has another unit or reads a third is no slip.
+TEST(PredictiveController, LearnsNothingFromATurnBeyondTheRange) {
+  for (const double part : {1e-9, 1.0 / 3.0, -1.0, 3.0, 57.3}) {
+    Loop loop(kTrack / part);
+    loop.drive({0.2, 0.0, 0.8}, 10.0);
+    EXPECT_NEAR(loop.controller.effectiveTrack(), kTrack, 1e-3) << part;
+    EXPECT_NEAR(loop.controller.turn().mean()(1), 0.0, 1e-3) << part;
+  }
+}
+
+TEST(PredictiveController, SlowMotorsAndTyresAreNoSlip) {
+  const struct {
+    double lag, creep, most;  // of the motors, of the body [s]; error of the track
+  } rows[] = {{0.15, 0.0, 0.06}, {0.03, 0.1, 0.3}};
+  for (const auto& row : rows) {
+    PlantModel model = driveTrain(), robot = driveTrain();
+    model.lag = 0.03;
+    robot.lag = row.lag;
+    Loop loop(kTrack, {}, {}, model, robot);
+    loop.creep = row.creep;
+    loop.drive(0.5);
+    for (int k = 0; k < 100; ++k) {
+      loop.drive({0.0, 0.0, 0.35}, 0.02);
+      EXPECT_NEAR(loop.controller.effectiveTrack(), kTrack, row.most * kTrack) << row.lag << ", " << 0.02 * k;
+    }
+  }
 }
 
 TEST(PredictiveController, SlopeWithoutAttitudeIsNoLateralAcceleration) {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "jackal_aic/predictive/drive_train_learning.hpp"
-#include "jackal_aic/predictive/slip_belief.hpp"
+#include "jackal_aic/predictive/turn.hpp"
 
 namespace jackal_aic {
 

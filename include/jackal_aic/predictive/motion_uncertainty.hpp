@@ -6,8 +6,7 @@
 ///
 /// Innovations measure the real errors of a belief. At its minimum the free energy F of a measurement is nu^2/(2 S),
 /// with the innovation nu and its variance S, so the mean of 2 F should be 1. The variance P of a belief is multiplied
-/// by phi, for the wheels and for the gyro. The factor phi is the mean of 2 F over a second, or over a tenth of a
-/// second divided by chi if that exceeds the noise, with a lower bound.
+/// by phi, for the wheels and for the gyro: the mean of 2 F over a second, within bounds.
 ///
 /// Errors that innovations do not show, or show too late, are added:
 ///
@@ -17,7 +16,6 @@
 ///   - the square of the change of the motion in a time t, the learned minus the configured dead time. It may lie
 ///     before the motors or behind the encoders, which then measure the body a time t ago; a model with this dead time
 ///     leaves no innovation in either case;
-///   - (phi^2 - 1) (k (s_R - s_L)/b_hat)^2 of the yaw rate. A gyro without delay measures how the body turns in;
 ///   - (c theta_dot)^2: a robot whose turning centre lies c off its middle moves while the mean of its wheels stands.
 ///     Both the centre and the turn vary where the ground differs under the wheels: c^2 = c_0^2 + (l q)^2, and of the
 ///     yaw rate (m q theta_dot)^2. q^2 is the mean of the squares of theta_dot/f - 1 in turns, f the usual yaw rate of
@@ -35,21 +33,17 @@ namespace jackal_aic {
 /// Uncertainty of the believed motion. Does not allocate.
 class MotionUncertainty {
  public:
-  static constexpr double kShortMemory = 0.1;        ///< averaging time of a burst of large innovations [s]
-  static constexpr double kBurst = 1.2;              ///< chi
   static constexpr double kLeastFactor = 0.3;        ///< of phi
   static constexpr double kLargestFactor = 100.0;    ///< of phi
   static constexpr double kRadiusDeviation = 0.015;  ///< rho
   static constexpr double kSlipTime = 0.03;          ///< T [s]
-  static constexpr double kTurnIn = 10.0;            ///< k
   static constexpr double kCentreDeviation = 0.045;  ///< c_0 [m]
   static constexpr double kCentrePerTurn = 1.5;      ///< l [m]
   static constexpr double kYawPerTurn = 0.6;         ///< m
   static constexpr double kUsualTurn = 0.15;         ///< |theta_dot/f - 1| that every ground has
 
-  /// @param wheel_radius r [m]; @param track b_hat [m]; @param on_box the wheels turn free.
-  MotionUncertainty(double wheel_radius, double track, bool on_box)
-      : wheel_radius_(wheel_radius), track_(track), on_box_(on_box) {}
+  /// @param wheel_radius r [m]; @param on_box the wheels turn free.
+  MotionUncertainty(double wheel_radius, bool on_box) : wheel_radius_(wheel_radius), on_box_(on_box) {}
 
   /// Advances by a step [s] with the wheels' accelerations [rad/s^2].
   void predict(double left_acceleration, double right_acceleration, double step);
@@ -75,17 +69,15 @@ class MotionUncertainty {
   void resetMotion();
 
  private:
-  /// Means of 2 F of a belief.
+  /// Mean of 2 F of a belief.
   struct Innovations {
     void learn(double free_energy, double step);
     double factor() const;  // phi
 
     double mean = 1.0;
-    double lately = 1.0;
   };
 
   double wheel_radius_;
-  double track_;
   bool on_box_;
   WheelVector slip_ = WheelVector::Zero();  // s_L, s_R [m/s]
   Innovations wheels_, gyro_;

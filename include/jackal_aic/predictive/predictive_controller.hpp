@@ -5,7 +5,7 @@
 ///
 ///     sense    each wheel speed against its prediction from the commands really applied          (wheel_belief.hpp)
 ///     believe  speed and input disturbance of each wheel, yaw rate, by the gradient of one free energy
-///     learn    effective track, by the free energy of the gyro                                      (slip_belief.hpp)
+///     learn    effective track, by the free energy of the gyro                                             (turn.hpp)
 ///              dead time, lag, gain and acceleration limit of the drive train              (drive_train_learning.hpp)
 ///     act      da/dt descends 1/2 eps_a^2 / Sigma_a with eps_a = gain a + d - w*, so that the disturbance is cancelled
 ///              and the wheel's own dynamics become the reference dynamics                     (wheel_controller.hpp)
@@ -28,7 +28,7 @@
 #include "jackal_aic/predictive/learned_model.hpp"
 #include "jackal_aic/predictive/motion_uncertainty.hpp"
 #include "jackal_aic/predictive/predictive_parameters.hpp"
-#include "jackal_aic/predictive/slip_belief.hpp"
+#include "jackal_aic/predictive/turn.hpp"
 #include "jackal_aic/predictive/wheel_controller.hpp"
 #include "jackal_aic/predictive/yaw_rate_belief.hpp"
 
@@ -98,10 +98,10 @@ class PredictiveController : public VelocityController {
   const SensorVector& sensoryErrors() const { return errors_; }
 
   /// The learned model, to be kept for the next start.
-  LearnedModel learned() const { return {slipBelief().state(), drive_train_.timing()}; }
+  LearnedModel learned() const { return {turn_.state(), drive_train_.timing()}; }
 
   /// Belief about the turn of the body with the wheels.
-  const SlipBelief& slipBelief() const { return slip_; }
+  const Turn& turn() const { return turn_; }
 
   /// Sets what was learned before: the turn within the range of the track, and known dead time and lag up to
   /// kLongestTiming. @throws ParameterError if a value is not finite, a dead time or lag is negative, or another value
@@ -113,7 +113,7 @@ class PredictiveController : public VelocityController {
   bool learningFrozen() const { return frozen_; }  ///< learning was stopped
 
   /// The gyro or an encoder is faulty: withdraws its recent part of the learned turn.
-  void withdrawTurn() { slip_.withdraw(); }
+  void withdrawTurn() { turn_.withdraw(); }
 
   /// A jolt of the ground shakes the robot (true): the gyro counts, but the effective track is not learned until it is
   /// over.
@@ -122,11 +122,12 @@ class PredictiveController : public VelocityController {
   /// Belief about whether the body follows its wheels.
   Traction traction() const { return traction_.traction(); }
 
-  double effectiveTrack() const { return slipBelief().effectiveTrack(); }  ///< believed b_hat, turning in place [m]
-  const WheelBelief& left() const { return left_.belief(); }               ///< belief about the left wheels
-  const WheelBelief& right() const { return right_.belief(); }             ///< belief about the right wheels
+  double effectiveTrack() const { return turn_.effectiveTrack(); }  ///< believed b_hat, turning in place [m]
+  const WheelBelief& left() const { return left_.belief(); }        ///< belief about the left wheels
+  const WheelBelief& right() const { return right_.belief(); }      ///< belief about the right wheels
 
  private:
+  WheelVector wheels() const { return {left().speed(), right().speed()}; }
   bool learnsDriveTrain() const { return parameters_.learn_drive_train && !frozen_; }
   double forwardSpeedOf(double sum_of_wheels) const;
   WheelVector changeAhead() const;
@@ -153,7 +154,7 @@ class PredictiveController : public VelocityController {
   SideBalance sides_;
   YawRateBelief yaw_;
   TractionBelief traction_;
-  SlipBelief slip_;
+  Turn turn_;
   DriveTrainLearning drive_train_;
   MotionUncertainty uncertainty_;
   SetPoint set_point_;

@@ -43,8 +43,8 @@ void take(const PredictiveController& controller, ControllerState& message) {
   message.structure = ControllerState::PREDICTIVE;
   takeBelief(controller.believedVelocity(), controller.sensoryErrors(), message);
   message.effective_track = controller.effectiveTrack();
-  message.slip_factor = controller.slipBelief().slipFactor();
-  const Eigen::Vector4d turn = controller.slipBelief().turn().mean();
+  message.slip_factor = controller.turn().slipFactor();
+  const Eigen::Vector4d turn = controller.turn().mean();
   std::copy(turn.data(), turn.data() + turn.size(), message.turn_coefficients.begin());
   message.dead_time = controller.model().dead_time;
   message.lag = controller.model().lag;

@@ -49,7 +49,7 @@ std::array<std::pair<const char*, std::string>, 2> wordsOf(const LearnedModel& m
         !model.timing ? "" : fmt::format("dead time {:g} s, lag {:g} s", model.timing->dead_time, model.timing->lag)}}};
 }
 
-/// @throws ParameterError if there are too few numbers, or if TurnModel would not take them.
+/// @throws ParameterError if there are too few numbers, or if Turn would not take them.
 std::optional<TurnCoefficients> turnOf(const KeptSlip& p) {
   if (p.turn_coefficients.empty() && p.turn_covariance.empty()) return std::nullopt;
   if (p.turn_coefficients.size() != kCoefficients || p.turn_covariance.size() != kTriangle) {
@@ -63,14 +63,13 @@ std::optional<TurnCoefficients> turnOf(const KeptSlip& p) {
   for (int i = 0; i < turn.mean.size(); ++i) {
     for (int j = 0; j <= i; ++j) turn.covariance(i, j) = turn.covariance(j, i) = *next++;
   }
-  TurnModel(1.0).setCoefficients(turn);
+  Turn(p.configured, 1.0).setState({p.slip.effective_track, p.slip.slip_factor, turn});  // refuses impossible ones
   return turn;
 }
 
 std::string textOf(const LearnedModel& learned, const LearnedModel& configured) {
   KeptSlip kept{learned.slip, configured.slip};
-  const TurnCoefficients turn =
-      learned.slip.turn.value_or(TurnModel(learned.slip.slip_factor / learned.slip.effective_track).coefficients());
+  const TurnCoefficients turn = learned.slip.turn ? *learned.slip.turn : *Turn(learned.slip, 1.0).state().turn;
   kept.turn_coefficients.assign(turn.mean.data(), turn.mean.data() + turn.mean.size());
   for (int i = 0; i < turn.mean.size(); ++i) {
     for (int j = 0; j <= i; ++j) kept.turn_covariance.push_back(turn.covariance(i, j) + 0.0);  // no -0
