@@ -18,7 +18,6 @@ constexpr double kGroundTime = 0.5;        // T_h [s]
 constexpr double kGroundDeviation = 0.04;  // sigma_h
 constexpr double kMotionDeviation = 0.05;  // of q_2 and q_4 before the first turn, relative to c, per m/s
 constexpr double kChatter = 4e-4;          // s before the first turn: a deviation of 0.14 in samples of 20 ms [s]
-constexpr double kEvidence = 2.0;          // T_h for which it counts
 constexpr double kTrustTime = 2.0;         // least withdrawn time of turning [s]
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
@@ -115,10 +114,10 @@ void Turn::forget(double step) {
   belief_.covariance.topLeftCorner<4, 4>() += step / kMemory * (P - P * prior_.cwiseInverse().asDiagonal() * P);
 }
 
-/// s <- s + w/N (unexplained - s), N <- N_0 + (N - N_0) T/(T + step) + w.
+/// s <- s + w/N (unexplained - s), N <- 1 + (N - 1) T/(T + step) + w; the first s counts as 1.
 void Turn::learnChatter(double unexplained, double step) {
   const double w = std::min(1.0, step / kGroundTime);
-  belief_.evidence = kEvidence + (belief_.evidence - kEvidence) * keptAfter(step, kMemory) + w;
+  belief_.evidence = 1.0 + (belief_.evidence - 1.0) * keptAfter(step, kMemory) + w;
   belief_.chatter += w / belief_.evidence * (std::max(0.0, unexplained * step) - belief_.chatter);
 }
 
@@ -168,7 +167,7 @@ void Turn::setState(const SlipState& state) {
     throw ParameterError(
         "slip.turn_covariance: must be finite and positive definite, and slip.turn_coefficients finite");
   }
-  belief_ = {State::Zero(), Eigen::Matrix<double, 5, 5>::Zero(), kChatter, kEvidence};
+  belief_ = {State::Zero(), Eigen::Matrix<double, 5, 5>::Zero(), kChatter, 1.0};
   belief_.mean.head<4>() = q.mean;
   belief_.covariance.topLeftCorner<4, 4>() = q.covariance;
   belief_.covariance(4, 4) = square(kGroundDeviation);
