@@ -125,8 +125,10 @@ void Turn::correct(double error, const State& phi, double variance) {
   auto& P = belief_.covariance;
   const State P_phi = P * phi;
   const double S = phi.dot(P_phi) + variance;
-  belief_.mean += P_phi * (error / S);
-  P -= P_phi * P_phi.transpose() / S;
+  State gain = P_phi / S;
+  if (phi(4) == 0.0) gain = gain(2) * State::Unit(2);  // a straight line shows the veer alone
+  belief_.mean += gain * error;
+  P += S * gain * gain.transpose() - gain * P_phi.transpose() - P_phi * gain.transpose();
   P.triangularView<Eigen::StrictlyUpper>() = P.transpose();  // rounding
   bound();
 }
