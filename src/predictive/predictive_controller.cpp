@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/square.hpp"
+#include "jackal_aic/model/thresholds.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -112,8 +116,8 @@ void PredictiveController::predict() {
 
 void PredictiveController::correct(const Observation& y) {
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
-  const double of_wheels = correctWheels(y);
   learnTurn(y);
+  const double of_wheels = correctWheels(y);
   const double of_yaw_rate = correctYawRate(y);
   free_energy_ = of_wheels + of_yaw_rate;
   if (const int measured = observedWheels(y)) uncertainty_.learnWheels(of_wheels / measured, observation_step_);
@@ -131,8 +135,9 @@ void PredictiveController::learnTurn(const Observation& y) {
   if (!parameters_.learn_track || frozen_ || shaken_ || model_.on_box || sides_.contradicted()) return;
   if (!y.valid.wheel_left || !y.valid.wheel_right || !y.valid.yaw_rate || observation_step_ == 0.0) return;
   // Coarse encoders and late wheels are no turn, and noise of the regressor would draw the ratio towards zero.
-  const double innovation = errors_(kWheelRight) - errors_(kWheelLeft);
-  const double of_wheels = left().speedVariance() + right().speedVariance() + innovation * innovation;
+  const WheelVector measured(y.wheel_left, y.wheel_right), errors = measured - wheels();
+  const double of_wheels = left().speedVariance() + right().speedVariance() + innovation_variance_;
+  average(innovation_variance_, square(errors(1) - errors(0)), observation_step_, thresholds::kNoiseMemory);
   const double least = std::max(parameters_.slip_excitation, kCertainTurn * std::sqrt(of_wheels));
   // A body that is late is late for the deviation of its delay: that many samples have the same error.
   const double slope = turn_.yawPerDifference(wheels()), late = kDelayDeviations * yaw_.unfollowed();
@@ -140,7 +145,7 @@ void PredictiveController::learnTurn(const Observation& y) {
   const double variance = parameters_.gyro_variance + slope * slope * of_wheels + lasts * late * late;
   // Without attitude a slope would count as lateral acceleration.
   const double lateral = y.valid.acceleration && y.level ? y.acceleration_y : 0.0;
-  turn_.learn({y.yaw_rate, lateral, wheels(), variance}, least, observation_step_);
+  turn_.learn({y.yaw_rate, lateral, measured, wheels(), variance}, least, observation_step_);
 }
 
 void PredictiveController::learnDriveTrain(const Observation& y) {
@@ -312,7 +317,7 @@ void PredictiveController::resetMotion() {
   observed_ = started_ = shaken_ = false;
   set_point_ = {};
   standstill_ = {};
-  free_energy_ = 0.0;
+  free_energy_ = innovation_variance_ = 0.0;
   errors_.setZero();
   restart();
 }

@@ -13,12 +13,12 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kMemory = 120.0;          // T [s]
-constexpr double kGroundTime = 0.5;        // T_h [s]
-constexpr double kGroundDeviation = 0.04;  // sigma_h
-constexpr double kMotionDeviation = 0.05;  // of q_2 and q_4 before the first turn, relative to c, per m/s
-constexpr double kChatter = 4e-4;          // s before the first turn: a deviation of 0.14 in samples of 20 ms [s]
-constexpr double kTrustTime = 2.0;         // least withdrawn time of turning [s]
+constexpr double kMemory = 120.0;           // T [s]
+constexpr double kGroundTime = 0.5;         // T_h [s]
+constexpr double kGroundDeviation = 0.02;   // sigma_h
+constexpr double kMotionDeviation = 0.025;  // of q_2 and q_4 before the first turn, relative to c, per m/s
+constexpr double kChatter = 4e-4;           // s before the first turn: a deviation of 0.14 in samples of 20 ms [s]
+constexpr double kTrustTime = 2.0;          // least withdrawn time of turning [s]
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
@@ -85,17 +85,19 @@ void Turn::pass(double step) {
 }
 
 void Turn::learn(const TurnSample& sample, double least, double step) {
-  const double difference = sample.wheels(1) - sample.wheels(0), v = radius_ * sample.wheels.mean();
+  const auto motionOf = [this](const WheelVector& w) { return motion(radius_ * (w(1) - w(0)), radius_ * w.mean()); };
+  const double v = radius_ * sample.before.mean();
   if (contradicted(sample, v, step)) return withdraw();
+  const double difference = sample.before(1) - sample.before(0);
   const bool turns = std::abs(difference) > least;
   if (!turns && std::abs(v) < thresholds::kSlow) return;  // a robot at rest
   if (turns) {
     keep(step);
     forget(step);
   }
-  const double error = sample.yaw_rate - motion(radius_ * difference, v).dot(belief_.mean);
-  // Noise of the encoders in the regressor of a straight line would seem to be a turn.
-  const State phi = motion(turns ? radius_ * difference : 0.0, v);
+  const double error = sample.yaw_rate - motionOf(sample.wheels).dot(belief_.mean);
+  // With the encoders' noise in error and regressor, a steady turn would seem not to depend on the wheels.
+  const State phi = turns ? motionOf(sample.before) : motion(0.0, v);
   const double known = sample.variance + phi.dot(belief_.covariance * phi);
   if (turns) learnChatter((error * error - known) / square(phi(4)), step);
   // On a straight line the ground causes as much veer as tyres do, for T_h: one independent measurement in 2 T_h.

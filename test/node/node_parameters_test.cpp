@@ -249,8 +249,10 @@ TEST_F(LearnedFileTest, GivesBackWhatWasWritten) {
 
 TEST_F(LearnedFileTest, GivesBackHowTheTurnDependsOnTheMotion) {
   Turn belief(kConfigured, 0.098);
-  for (const double mean : {2.0, 8.0})
-    belief.learn({0.6 + 0.01 * mean, 0.0, {mean - 2.0, mean + 2.0}, 1e-4}, 0.5, 0.02);
+  for (const double mean : {2.0, 8.0}) {
+    const WheelVector wheels(mean - 2.0, mean + 2.0);
+    belief.learn({0.6 + 0.01 * mean, 0.0, wheels, wheels, 1e-4}, 0.5, 0.02);
+  }
   const auto turn = again({belief.state()}).slip.turn.value();
   EXPECT_EQ(turn.mean, belief.state().turn->mean);
   EXPECT_EQ(turn.covariance, belief.state().turn->covariance);

@@ -30,7 +30,7 @@ double yawRateOf(const Eigen::Vector4d& q, const Motion& m) {
 /// A sample of a gyro.
 void take(Turn& turn, double yaw_rate, const WheelVector& wheels, double step = kPeriod, double lateral = 0.0) {
   turn.pass(step);
-  turn.learn({yaw_rate, lateral, wheels, 2.5e-5}, kExcitation, step);
+  turn.learn({yaw_rate, lateral, wheels, wheels, 2.5e-5}, kExcitation, step);
 }
 
 void take(Turn& turn, double yaw_rate, const Motion& m, double step = kPeriod) {

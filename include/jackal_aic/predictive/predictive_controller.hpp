@@ -166,6 +166,7 @@ class PredictiveController : public VelocityController {
   bool frozen_ = false;            // learning was stopped
   bool shaken_ = false;            // a jolt of the ground shakes the robot
   double observation_step_ = 0.0;  // between the last two observations [s]
+  double innovation_variance_ = 0.0;  // of the difference of the wheel speeds, lately [(rad/s)^2]
   double free_energy_ = 0.0;
   SensorVector errors_ = SensorVector::Zero();
 };

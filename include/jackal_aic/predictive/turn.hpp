@@ -53,7 +53,8 @@ struct SlipState {
 struct TurnSample {
   double yaw_rate;     ///< by the gyro [rad/s]
   double lateral;      ///< acceleration of the body to its left [m/s^2]; 0: unknown
-  WheelVector wheels;  ///< speeds [rad/s]
+  WheelVector wheels;  ///< measured speeds [rad/s]
+  WheelVector before;  ///< the same, as believed before the measurement [rad/s]
   double variance;     ///< of the yaw rate minus that of the wheels, by the sensors [(rad/s)^2]
 };
 
