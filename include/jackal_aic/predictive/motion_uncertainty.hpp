@@ -39,7 +39,7 @@ class MotionUncertainty {
   static constexpr double kSlipTime = 0.03;          ///< T [s]
   static constexpr double kCentreDeviation = 0.045;  ///< c_0 [m]
   static constexpr double kCentrePerTurn = 1.5;      ///< l [m]
-  static constexpr double kYawPerTurn = 0.6;         ///< m
+  static constexpr double kYawPerTurn = 0.4;         ///< m
   static constexpr double kUsualTurn = 0.15;         ///< |theta_dot/f - 1| that every ground has
 
   /// @param wheel_radius r [m]; @param on_box the wheels turn free.
