@@ -91,17 +91,22 @@ void Turn::learn(const TurnSample& sample, double least, double step) {
   const double difference = sample.before(1) - sample.before(0);
   const bool turns = std::abs(difference) > least;
   if (!turns && std::abs(v) < thresholds::kSlow) return;  // a robot at rest
-  if (turns) {
-    keep(step);
-    forget(step);
-  }
   const double error = sample.yaw_rate - motionOf(sample.wheels).dot(belief_.mean);
   // With the encoders' noise in error and regressor, a steady turn would seem not to depend on the wheels.
   const State phi = turns ? motionOf(sample.before) : motion(0.0, v);
-  const double known = sample.variance + phi.dot(belief_.covariance * phi);
-  if (turns) learnChatter((error * error - known) / square(phi(4)), step);
   // On a straight line the ground causes as much veer as tyres do, for T_h: one independent measurement in 2 T_h.
-  const double of_ground = turns ? belief_.chatter * square(phi(4)) : 2.0 * kGroundTime * prior_(2) * square(v);
+  const double veer = turns ? 0.0 : prior_(2) * square(v);
+  // A larger error than of any robot and ground is a sensor's.
+  const double chatter = belief_.chatter * square(phi(4)) / step;
+  const double possible = phi.head<4>().cwiseAbs2().dot(prior_) + veer + chatter + sample.variance;
+  if (square(error) > square(thresholds::kSure) * possible) return;
+  if (turns) {
+    keep(step);
+    forget(step);
+    const double known = sample.variance + phi.dot(belief_.covariance * phi);
+    learnChatter((error * error - known) / square(phi(4)), step);
+  }
+  const double of_ground = turns ? belief_.chatter * square(phi(4)) : 2.0 * kGroundTime * veer;
   correct(error, phi, sample.variance + of_ground / step);
 }
 
