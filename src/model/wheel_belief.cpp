@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "jackal_aic/model/forgetting.hpp"
-#include "jackal_aic/model/square.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
@@ -16,6 +16,7 @@ constexpr double kLeastPart = 0.2;
 
 constexpr double kLeastLimit = 0.3;            // lambda
 constexpr double kLimitMemory = 0.5;           // s at the limit
+constexpr double kNoise = 2.0;                 // standard deviations of a measurement; smaller changes are noise
 constexpr double kLeastTiming = 0.1;           // lambda_t
 constexpr double kMostSurprise = 4.0;          // of epsilon^2/S that lambda_t learns from
 constexpr double kTimingCurvature = 1.0;       // of F along ln lambda_t, as it is believed before anything is known
@@ -49,9 +50,22 @@ void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
 
 void WheelBelief::setParameters(const WheelBeliefParameters& parameters) {
   parameters_ = parameters;
-  const double T = parameters.timing_time_constant;
-  timing_decay_ = T > 0.0 ? std::exp(-kStep / T) : 0.0;
+  turning_ = 0.0;
+  quiet_ = 0.0;
+  timing_decay_ = timingDecay();
   lagging_ = parameters.dead_time_deviation > 0.0 ? -std::expm1(-kStep / parameters.dead_time_deviation) : 1.0;
+}
+
+void WheelBelief::setTurning(double share) {
+  quiet_ = share * kNoise * std::sqrt(parameters_.measurement_variance);
+  if (share != std::exchange(turning_, share)) timing_decay_ = timingDecay();
+}
+
+double WheelBelief::timingDecay() const {
+  const double straight = parameters_.timing_time_constant,
+               turn = std::max(straight, parameters_.turning_time_constant);
+  const double T = straight + turning_ * (turn - straight);
+  return T > 0.0 ? std::exp(-kStep / T) : 0.0;
 }
 
 void WheelBelief::reset(double speed) {
@@ -96,12 +110,14 @@ void WheelBelief::predictActing(double command) {
   widenTiming();
 }
 
-/// w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed.
+/// w(t) − w(t − σ_t) of a first-order filter: σ_t dw/dt while w ramps, and no more than it changed. In a turn, where e
+/// lasts, without the effect of the encoder's noise through the action.
 void WheelBelief::widenTiming() {
   lagged_ += lagging_ * (x_(kSpeed) - lagged_);
   const double change = x_(kSpeed) - lagged_;
+  const double least = timing_share_ * (change - std::clamp(change, -quiet_, quiet_));
   double& variance = P_(kTiming, kTiming);
-  variance = std::max(variance, square(timing_share_ * change));
+  variance = std::max(variance, least * least);
   if (variance < kNoTiming) resetTiming();
 }
 
@@ -115,11 +131,9 @@ double WheelBelief::correct(double measurement, double added_variance) {
   const double variance = parameters_.measurement_variance + added_variance;
   predicted_ = speed();
   const double error = measurement - predicted_, change = predicted_ - corrected_;
-  if (limited_steps_ < steps_) {
-    ramp_ = {};
-  } else {
-    ramp_.add(measurement - measured_, change, static_cast<double>(steps_) * kStep);
-  }
+  const bool at_limit = limited_steps_ >= steps_;
+  if (!at_limit) ramp_ = {};
+  if (at_limit) ramp_.add(measurement - measured_, change, static_cast<double>(steps_) * kStep);
   if ((measurement - measured_) * change > kLeastPart * change * change) {
     P_(kSpeed, kSpeed) += limit_doubt_ * limit_doubt_;
     learnLimit(measurement - measured_);

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kCertainTurn = 7.0;  // least difference of the wheel speeds to learn from, standard deviations of it
 constexpr double kDelayDeviations = 2.0;  // by which the body may follow late
+constexpr double kLoadLasts = 0.3;  // s for which the load of a turn acts on the motors afterwards
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
@@ -115,6 +116,7 @@ void PredictiveController::predict() {
 }
 
 void PredictiveController::correct(const Observation& y) {
+  watchTurn();
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
   learnTurn(y);
   const double of_wheels = correctWheels(y);
@@ -165,6 +167,16 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
   model_.gain = configured_model_.gain * timing.gain_share;
   left_.setDriveTrain(model_, geometry_.wheel_radius);
   right_.setDriveTrain(model_, geometry_.wheel_radius);
+}
+
+/// Share of the turn, now or recently, that loads the motors.
+void PredictiveController::watchTurn() {
+  if (model_.on_box) return;
+  const double difference = std::abs(right().speed() - left().speed());
+  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, kLoadLasts));
+  const double share = std::clamp(turning_ / thresholds::kMoving - 1.0, 0.0, 1.0);
+  left_.setTurning(share);
+  right_.setTurning(share);
 }
 
 double PredictiveController::correctWheels(const Observation& y) {
@@ -317,7 +329,7 @@ void PredictiveController::resetMotion() {
   observed_ = started_ = shaken_ = false;
   set_point_ = {};
   standstill_ = {};
-  free_energy_ = innovation_variance_ = 0.0;
+  free_energy_ = innovation_variance_ = turning_ = 0.0;
   errors_.setZero();
   restart();
 }

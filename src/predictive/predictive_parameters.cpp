@@ -8,6 +8,7 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kTimingTimeConstant = 0.035;  // s; for motors of a Jackal's size, stiff to soft
+constexpr double kTurningTimeConstant = 0.1;   // s; in which a soft velocity loop compensates the ground's torque
 constexpr double kLimitDeviation = 0.6;        // of the motors' acceleration limit; half of it is usual
 
 bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
@@ -36,6 +37,7 @@ WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& p) {
   belief.disturbance_process_noise = p.disturbance_process_noise;
   belief.dead_time_deviation = p.dead_time_deviation;
   belief.timing_time_constant = kTimingTimeConstant;
+  belief.turning_time_constant = kTurningTimeConstant;
   belief.learning_rate = p.belief_learning_rate;
   belief.limit_deviation = kLimitDeviation;
   return belief;

@@ -10,9 +10,10 @@
 ///
 /// e is the timing error of the wheel against the model. An error sigma_t of the dead time makes it as large as the
 /// change of w in that time, which is the least deviation of e while the wheel accelerates. With a velocity loop softer
-/// than the model's it fades afterwards. With T_e = 0, e is noise of the measurement and ends with the acceleration. If
-/// the belief then arrives before the wheel, the remaining error counts as a disturbance, and the action corrects it.
-/// The wheel's speed is w + e.
+/// than the model's it fades afterwards; more slowly in a turn, where the integral of such a loop has to carry the
+/// ground's torque. With T_e = 0, e is noise of the measurement and ends with the acceleration. If the belief then
+/// arrives before the wheel, the remaining error counts as a disturbance, and the action corrects it. The wheel's speed
+/// is w + e.
 ///
 /// The part lambda_t of sigma_t that the motor needs is learned where e explains most of an innovation epsilon of
 /// variance S. It follows the natural gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, with forgetting. It
@@ -46,6 +47,7 @@ struct WheelBeliefParameters {
   double disturbance_process_noise = 0.01;  ///< growth of the variance of d [(rad/s)^2/s]
   double dead_time_deviation = 0.03;        ///< sigma_t, standard deviation of the dead time [s]
   double timing_time_constant = 0.0;        ///< T_e of the timing error; 0: it is noise of y [s]
+  double turning_time_constant = 0.0;       ///< T_e in a turn, if longer [s]
   double learning_rate = 1.0;               ///< kappa_mu of the natural gradient, above 0 and at most 1
   double limit_deviation = 0.0;             ///< sigma_l, relative standard deviation of the acceleration limit
   double disturbance_deviation = 0.3;       ///< initial deviation of d [rad/s]; 0: no disturbance
@@ -103,6 +105,9 @@ class WheelBelief {
 
   const WheelBeliefParameters& parameters() const { return parameters_; }  ///< in force
 
+  /// Share of the turn: 0 on a straight line, 1 in a turn, with its T_e.
+  void setTurning(double share);
+
   /// Sets the speed as measured [rad/s] and the other states to their priors; the commands under way stay.
   void restart(double speed);
 
@@ -117,6 +122,7 @@ class WheelBelief {
   void resetTiming();
   void learnTiming(double surprise, double part);
   double limitDeviation() const;
+  double timingDecay() const;
 
   DriveTrain drive_train_;
   DeadZone dead_zone_;
@@ -138,6 +144,7 @@ class WheelBelief {
   double timing_decay_ = 0.0;      // of e in an inner step
   double lagging_ = 0.0;           // part of a change that w a time sigma_t ago makes in an inner step
   double lagged_ = 0.0;            // w a time sigma_t ago [rad/s]
+  double quiet_ = 0.0;             // largest change of w that is noise [rad/s]
   double timing_share_ = 1.0;      // lambda_t
   double timing_curvature_ = 0.0;  // of F along ln lambda_t
   double corrected_ = 0.0;         // w + e after the last measurement [rad/s]
@@ -147,6 +154,7 @@ class WheelBelief {
   std::size_t limited_steps_ = 0;  // inner steps in a row at the acceleration limit
   double limit_doubt_ = 0.0;       // standard deviation of w that the limit caused since the last measurement [rad/s]
   double rate_ = 0.0;
+  double turning_ = 0.0;  // share of a turn in T_e
 };
 
 }  // namespace jackal_aic

@@ -140,6 +140,7 @@ class PredictiveController : public VelocityController {
   void correctForwardSpeed(const Observation& observation);
   int observedWheels(const Observation& y) const;
   double standInVariance() const;
+  void watchTurn();
   void learnDriveTrain(const Observation& observation);
   void setTiming(const DriveTrainTiming& timing);
   WheelVector inputs() const;
@@ -168,6 +169,7 @@ class PredictiveController : public VelocityController {
   double observation_step_ = 0.0;  // between the last two observations [s]
   double innovation_variance_ = 0.0;  // of the difference of the wheel speeds, lately [(rad/s)^2]
   double free_energy_ = 0.0;
+  double turning_ = 0.0;  // recent difference of the wheel speeds [rad/s]
   SensorVector errors_ = SensorVector::Zero();
 };
 

@@ -63,6 +63,9 @@ class WheelController {
   /// Adopts another dead time, lag and acceleration limit of the drive train.
   void setDriveTrain(const PlantModel& model, double wheel_radius);
 
+  /// As WheelBelief::setTurning().
+  void setTurning(double share) { belief_.setTurning(share); }
+
   const WheelBelief& belief() const { return belief_; }      ///< about speed and disturbance
   const DriveTrainReference& path() const { return path_; }  ///< towards the wanted speed
   double action() const { return action_; }                  ///< command now driven, a [rad/s]
