@@ -152,12 +152,13 @@ void PredictiveController::learnTurn(const Observation& y) {
 
 void PredictiveController::learnDriveTrain(const Observation& y) {
   if (!learnsDriveTrain()) return;
-  if (!y.valid.wheel_left || !y.valid.wheel_right) {
-    if (drive_train_.withdrawGain()) setTiming(drive_train_.timing());
-    return;
-  }
+  if (!y.valid.wheel_left || !y.valid.wheel_right) return withdrawGain();
   const auto timing = drive_train_.correct({y.wheel_left, y.wheel_right}, observation_step_);
   if (timing) setTiming(*timing);
+}
+
+void PredictiveController::withdrawGain() {
+  if (learnsDriveTrain() && drive_train_.withdrawGain()) setTiming(drive_train_.timing());
 }
 
 void PredictiveController::setTiming(const DriveTrainTiming& timing) {

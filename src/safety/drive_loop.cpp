@@ -375,7 +375,10 @@ GateInputs DriveLoop::gateInputs(double now) {
   inputs.set_point_at_rest =
       missing ? set_point_pause_ > std::max(kPause, parameters_.gate.deadlines.set_point) : stands;
   // The motors cannot be predicted under another node's commands, or without ours.
-  if (robot_.contended || robot_.no_subscriber) measurements_.reset();
+  if (robot_.contended || robot_.no_subscriber) {
+    measurements_.reset();
+    if (predictive_ != nullptr) predictive_->withdrawGain();
+  }
   const bool has_to_stand = stands && gate_.command() == WheelCommand{};
   causes.add(measurements_.causes(health(now), now, has_to_stand));
   const bool plausible = isPlausible(controller_->believedVelocity(), controller_->freeEnergy(), parameters_.gate);
@@ -408,6 +411,8 @@ void DriveLoop::decide(const GateInputs& inputs) {
 
 void DriveLoop::drive(double now) {
   const std::optional<WheelCommand> others = motors_.another(now);
+  // The other's first commands seemed to be ours.
+  if (others && !status_.handed_over && predictive_ != nullptr) predictive_->withdrawGain();
   // Motors that rest because the commands have no subscriber are no hand-over.
   status_.handed_over = others && !robot_.no_subscriber;
   if (others) {

@@ -63,7 +63,7 @@ struct Robot {
     const auto sends = [&sources](char source) { return sources.find(source) != std::string::npos; };
     for (long end = tick + std::lround(duration / kTick); tick < end; ++tick) {
       now = start + kTick * static_cast<double>(tick);
-      speed += (command.vector() - speed) * kTick / 0.1;
+      speed += (reached * command.vector() - speed) * kTick / 0.1;
       if (sends('4') && tick % 260 == 25) loop.observe(sample(), now);
       if (tick % 20 == 5) {
         const Observation y = sample();
@@ -127,6 +127,7 @@ struct Robot {
   DriveLoop loop;
   SetPoint set_point{0.5, 0.0, 0.0};
   RobotStatus robot;
+  double reached = 1.0;  // share of the commands that reaches the motors
   double start = 10.0, now = 10.0;
   long tick = 0;
   WheelVector speed = WheelVector::Zero();
@@ -401,6 +402,19 @@ TEST(DriveLoop, DeadEncoderIsNamedAndTheRobotDrivesOn) {
     robot.expect(DriveStatus::driving, "left encoder wrong");
     EXPECT_EQ(robot.loop.status().faults_detected, 1u);
     EXPECT_GT(robot.command.left, 4.0);
+  }
+}
+
+TEST(DriveLoop, WithdrawsAGainThatCommandsOfAnotherNodeTaught) {
+  for (const auto noticed : {&RobotStatus::contended, &RobotStatus::no_subscriber}) {
+    Robot robot(predictive());
+    const auto& controller = dynamic_cast<const PredictiveController&>(robot.loop.controller());
+    robot.reached = 0.75;
+    robot.drive(4.0);
+    EXPECT_LT(controller.learned().timing->gain_share, 0.9);
+    robot.robot.*noticed = true;
+    robot.drive(0.1);
+    EXPECT_EQ(controller.learned().timing->gain_share, 1.0);
   }
 }
 

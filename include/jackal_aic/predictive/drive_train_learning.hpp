@@ -69,8 +69,8 @@ class DriveTrainLearning {
   /// Takes measured wheel speeds [rad/s]. @param step since the last ones [s]. Returns the new timing, if it changed.
   std::optional<DriveTrainTiming> correct(const WheelVector& measured, double step);
 
-  /// An encoder is excluded: as resetMotion(), and withdraws the learned gain, which may have come from it. True if
-  /// the timing changed.
+  /// An encoder is excluded, or commands did not reach the motors: as resetMotion(), and withdraws the learned gain,
+  /// which may have come from them. True if the timing changed.
   bool withdrawGain();
 
   /// Excludes the present motion from learning, and what comes until the runs are right again.

@@ -115,6 +115,9 @@ class PredictiveController : public VelocityController {
   /// The gyro or an encoder is faulty: withdraws its recent part of the learned turn.
   void withdrawTurn() { turn_.withdraw(); }
 
+  /// Commands did not reach the motors, or an encoder is excluded: withdraws the learned gain of the drive train.
+  void withdrawGain();
+
   /// A jolt of the ground shakes the robot (true): the gyro counts, but the effective track is not learned until it is
   /// over.
   void setShaken(bool shaken) { shaken_ = shaken; }
