@@ -10,9 +10,9 @@
 
 #include <cstddef>
 
-#include "jackal_aic/faults/recent_values.hpp"
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/robot_range.hpp"
 
 namespace jackal_aic {
 
@@ -29,9 +29,6 @@ struct DriveTrainRange {
 /// Interval of one wheel, from its commands alone. Allocates in the constructor only.
 class ReachableSpeeds {
  public:
-  /// Longest dead time, uncertainty included [s]; a longer one counts as this.
-  static constexpr double kLongestDeadTime = 4.0;
-
   /// @param wheel_radius r [m].
   ReachableSpeeds(const PlantModel& model, double wheel_radius, const DriveTrainRange& range);
 
@@ -59,10 +56,12 @@ class ReachableSpeeds {
   double nominal() const { return nominal_; }
 
  private:
+  Range reference() const;
+
   double gain_;
   DeadZone dead_zone_;
-  std::size_t model_delay_, shortest_delay_, longest_delay_;  // [steps]
-  RecentValues commands_;                                     // effective ones
+  std::size_t model_delay_, shortest_delay_;  // [steps]
+  CommandsUnderWay commands_;                 // effective ones, as old as the longest dead time
   Pace slow_, nominal_pace_, fast_;
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
 };
