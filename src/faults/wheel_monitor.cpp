@@ -105,8 +105,8 @@ WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& 
       belief_(std::move(belief)),
       identified_(model.identified),
       change_(kMemory),
-      persistence_(parameters.persistence()),
-      bound_(chebyshevBound(1, parameters.false_alarm_rate)),
+      persistence_(parameters.recovery_time),
+      bound_(1.0 / std::sqrt(parameters.false_alarm_rate)),
       motors_(model.acceleration_limit / wheel_radius) {}
 
 void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
@@ -354,17 +354,17 @@ void WheelMonitor::forgive() {
   jumped_ = false;
 }
 
-void WheelMonitor::conclude(double measurement, const SampleStep& step) {
+void WheelMonitor::conclude(double measurement, double step) {
   // A held value is one measurement, however often it is published.
-  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > thresholds::kMoving, step.time);
+  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > thresholds::kMoving, step);
   if (frozen_) persistence_.declareFaulty();
   last_speed_ = belief_.speed();
   if (state() != ChannelState::ok) return;
   const double variance = this->variance();
-  learnMisfit(measurement, variance, step.time);
+  learnMisfit(measurement, variance, step);
   const double width = held_.possible.high - held_.possible.low;
   const double deviation = std::sqrt(learned_.factor() * variance);
-  if (width < thresholds::kSure * deviation) learned_.learn(measurement - belief_.speed(), variance, step.share);
+  if (width < thresholds::kSure * deviation) learned_.learn(measurement - belief_.speed(), variance, step);
   // A wide interval of possible speeds makes the measurement less informative about the drive train, and so does one
   // that no drive train in the range reaches: it would be taken for a disturbance.
   belief_.correct(measurement, square(width) + square(kDoubtful * beyondUsual(measurement, steady())));

@@ -12,8 +12,6 @@
 namespace jackal_aic {
 namespace {
 
-const SampleStep kStep(kPeriod, FaultParameters{}.covariance_time_constant);
-
 /// A monitor that is shown what a test says. Without noise its distances are those of the formulas of the headers.
 class Wheel {
  public:
@@ -54,7 +52,7 @@ class Wheel {
   void show(double measurement, int times = 1) {
     for (; times > 0; --times) {
       monitor.compare(measurement, kPeriod);
-      monitor.conclude(measurement, kStep);
+      monitor.conclude(measurement, kPeriod);
     }
   }
 

@@ -59,7 +59,7 @@ class WheelMonitor {
 
   /// Updates the verdict. A good sample corrects the prediction, an outlier does not. @param step since the last
   /// sample.
-  void conclude(double measurement, const SampleStep& step);
+  void conclude(double measurement, double step);
 
   /// Accepts the last measured speed and clears the suspicion: the wheel was moved from outside.
   void forgive();
@@ -147,6 +147,9 @@ class WheelMonitor {
   Intervals held_{};     // of the last sample, for as long as it may have been held
   double clock_ = 0.0;   // time that the samples have taken [s]
   double misfit_ = 0.0;  // mean square of what the drive train's model is usually off by [(rad/s)^2]
+  // Largest Mahalanobis distance of a good sample, d = 1/sqrt(alpha). Chebyshev's inequality P(e^2/S >= 1/alpha) <=
+  // alpha holds for any distribution of zero mean and variance S. Slip and timing give the errors heavy tails, so a
+  // quantile of the normal distribution would be too small.
   double bound_;
   double last_speed_ = 0.0;  // believed when the last sample came [rad/s]
   double measured_ = 0.0;    // last [rad/s]
