@@ -127,12 +127,7 @@ void FaultMonitor::start(const Observation& observation) {
   started_ = true;
   body_.start();
   for (const Side& side : sides(observation)) {
-    const double speed = side.valid ? side.measured : 0.0;
-    if (known_ > kCommandsKnown) {
-      side.wheel.startUnderWay(speed);
-    } else {
-      side.wheel.start(speed);
-    }
+    side.wheel.start(side.valid ? side.measured : 0.0, known_ > kCommandsKnown);
   }
 }
 
@@ -346,8 +341,8 @@ void FaultMonitor::restart() {
 }
 
 void FaultMonitor::forgetEncoders() {
-  left_.forget(model_, geometry_.wheel_radius);
-  right_.forget(model_, geometry_.wheel_radius);
+  left_.forget();
+  right_.forget();
 }
 
 void FaultMonitor::reset() {

@@ -14,8 +14,11 @@ namespace {
 /// encoder would agree.
 constexpr double kLargestDeviation = 0.3;
 
-/// Time in which the belief learns a gain error [s].
+/// Time in which the belief learns a gain error [s]. Of a change within it the model may be wrong by gain_deviation.
 constexpr double kMemory = 0.5;
+
+/// Largest factor of the variance of an error: ten times the configured standard deviation.
+constexpr double kMostNoise = 100.0;
 
 /// Share of the width of the reachable interval that counts as motion between two samples.
 constexpr double kUnderWay = 0.25;
@@ -61,28 +64,21 @@ constexpr double kAssumedOffset = 0.5;
 constexpr double kSpikeMemory = 0.5;    // s over which spikes are counted
 constexpr double kLongestSpike = 0.05;  // s; a longer outlier may be a motion
 
-/// Range of an identified drive train. A lag above that of motors approximates a ramp, or ground that holds a heavy
-/// robot. Then only the sum of dead time and lag is known.
-DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& model) {
-  constexpr double kLagOfMotors = 0.1;  // s
+/// Range of the drive train. A lag above that of motors approximates a ramp, or ground that holds a heavy robot. Then
+/// only the sum of dead time and lag is known. An assumed one: half to twice the dead time and the lag, and more lag for
+/// a soft velocity loop.
+DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& model) {
+  constexpr double kLagOfMotors = 0.1, kSoftLoop = 0.3;  // s
   const double beyond = std::max(0.0, model.lag - kLagOfMotors);
   const double timing = thresholds::kSure * p.dead_time_deviation + 0.5 * beyond;
-  return {timing, timing, model.lag - 0.5 * beyond, model.lag + beyond, p.slowest_acceleration, p.fastest_acceleration};
-}
-
-/// Range of an assumed drive train: half to twice the dead time and the lag, and more lag for a soft velocity loop.
-DriveTrainRange assumedRange(const FaultParameters& p, const PlantModel& model) {
-  constexpr double kSoftLoop = 0.3;  // s
-  DriveTrainRange range = identifiedRange(p, model);
+  DriveTrainRange range{timing, timing, model.lag - 0.5 * beyond, model.lag + beyond, p.slowest_acceleration,
+                        p.fastest_acceleration};
+  if (model.identified) return range;
   range.earlier += 0.5 * model.dead_time;
   range.later += model.dead_time;
   range.shortest_lag = 0.5 * model.lag;
   range.longest_lag = 2.0 * model.lag + kSoftLoop;
   return range;
-}
-
-DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& model) {
-  return model.identified ? identifiedRange(p, model) : assumedRange(p, model);
 }
 
 WheelBeliefParameters beliefParameters(const FaultParameters& p) {
@@ -95,35 +91,36 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 }  // namespace
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
-    : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
-                   {model, wheel_radius, beliefParameters(parameters), 0.0}) {}
-
-WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-                           ReachableSpeeds&& reachable, WheelBelief&& belief)
     : parameters_(parameters),
-      reachable_(std::move(reachable)),
-      belief_(std::move(belief)),
+      reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
+      belief_(model, wheel_radius, beliefParameters(parameters), 0.0),
       identified_(model.identified),
-      change_(kMemory),
       persistence_(parameters.recovery_time),
       bound_(1.0 / std::sqrt(parameters.false_alarm_rate)),
       motors_(model.acceleration_limit / wheel_radius) {}
 
-void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
-  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_));
+void WheelMonitor::forget() {
+  noise_ = faults::kUnknownNoise;
+  repetition_ = {};
+  missed_motion_ = {};
+  hold_ = {};
+  silence_ = quantum_ = change_ = misfit_ = 0.0;
   start(0.0);
 }
 
-void WheelMonitor::start(double speed) {
+void WheelMonitor::start(double speed, bool commands_known) {
   belief_.reset(speed);
-  reachable_.start(speed);
-  begin(speed);
-}
-
-void WheelMonitor::startUnderWay(double speed) {
-  belief_.reset(speed);
-  reachable_.seed(speed, steadyMisfit(speed));
-  begin(speed);
+  if (commands_known) {
+    reachable_.seed(speed, steadyMisfit(speed));
+  } else {
+    reachable_.start(speed);
+  }
+  held_ = {{speed, speed}, {speed, speed}, -HUGE_VAL};
+  intervals_.fill(held_);
+  last_speed_ = measured_ = speed;
+  frozen_ = suspect_ = recovering_ = led_away_ = jumped_ = false;
+  behind_ = spikes_ = outlier_time_ = rise_ = fall_ = 0.0;
+  persistence_.reset();
 }
 
 void WheelMonitor::follow(double speed) {
@@ -144,21 +141,12 @@ Range WheelMonitor::steady() const {
   return {low - steadyMisfit(low), high + steadyMisfit(high)};
 }
 
-void WheelMonitor::begin(double speed) {
-  held_ = {{speed, speed}, {speed, speed}, -HUGE_VAL};
-  intervals_.fill(held_);
-  last_speed_ = measured_ = speed;
-  frozen_ = suspect_ = recovering_ = led_away_ = jumped_ = false;
-  behind_ = spikes_ = outlier_time_ = rise_ = fall_ = 0.0;
-  persistence_.reset();
-}
-
 WheelRates WheelMonitor::predict(double command) {
   const Range rates = reachable_.predict(command);
   belief_.predictActing(reachable_.acting());
   rise_ += rates.high * DriveTrain::kStep;
   fall_ += rates.low * DriveTrain::kStep;
-  change_.add(belief_.acceleration(), DriveTrain::kStep);
+  change_ = keptAfter(DriveTrain::kStep, kMemory) * change_ + belief_.acceleration() * DriveTrain::kStep;
   return {belief_.acceleration(), rates};
 }
 
@@ -212,7 +200,7 @@ faults::Normal WheelMonitor::turns(bool measured) const {
 }
 
 double WheelMonitor::variance() const {
-  const double scaled = parameters_.gain_deviation * change_.value();
+  const double scaled = parameters_.gain_deviation * change_;
   return speedVariance() + parameters_.wheel_variance + scaled * scaled;
 }
 
@@ -223,7 +211,7 @@ bool WheelMonitor::jumps(double measurement, double step) const {
   if (step <= 0.0) return false;
   const double samples = 1.0 + hold_.longest() / step, by_load = step * motors_;
   const double noise =
-      thresholds::kSure * std::sqrt(2.0 * (learned_.factor() * parameters_.wheel_variance + resolutionVariance()));
+      thresholds::kSure * std::sqrt(2.0 * (noise_ * parameters_.wheel_variance + resolutionVariance()));
   const double change = measurement - measured_, commanded = reachable_.commanded();
   const Range possible{samples * (fall_ - by_load) - noise, samples * (rise_ + by_load) + noise};
   const Range known{std::min(reachable_.low(), commanded), std::max(reachable_.high(), commanded)};
@@ -250,7 +238,7 @@ void WheelMonitor::compare(double measurement, double step) {
   }
   rise_ = fall_ = 0.0;
   error_ = errorOf(measurement);
-  distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
+  distance_ = std::abs(error_) / (bound_ * std::sqrt(noise_ * variance()));
   if (distance_ <= 1.0) jumped_ = false;
   frozen_ = isFrozen(measurement, step);
   behind_ = isBehind(measurement) ? behind_ + step : 0.0;
@@ -363,8 +351,11 @@ void WheelMonitor::conclude(double measurement, double step) {
   const double variance = this->variance();
   learnMisfit(measurement, variance, step);
   const double width = held_.possible.high - held_.possible.low;
-  const double deviation = std::sqrt(learned_.factor() * variance);
-  if (width < thresholds::kSure * deviation) learned_.learn(measurement - belief_.speed(), variance, step);
+  const double deviation = std::sqrt(noise_ * variance);
+  if (width < thresholds::kSure * deviation) {
+    average(noise_, square(measurement - belief_.speed()) / variance, step, thresholds::kNoiseMemory);
+    noise_ = std::clamp(noise_, 1.0, kMostNoise);
+  }
   // A wide interval of possible speeds makes the measurement less informative about the drive train, and so does one
   // that no drive train in the range reaches: it would be taken for a disturbance.
   belief_.correct(measurement, square(width) + square(kDoubtful * beyondUsual(measurement, steady())));

@@ -211,7 +211,7 @@ TEST(WheelMonitor, StartsAtItsSpeedAndWithNoFault) {
     wheel.follow(8.0, 100);
     wheel.show(0.0, 10);
     ASSERT_EQ(wheel.monitor.state(), ChannelState::faulty);
-    if (speed == 0.0) wheel.monitor.forget(model(), kRadius);
+    if (speed == 0.0) wheel.monitor.forget();
     if (speed != 0.0) wheel.monitor.start(speed);
     EXPECT_EQ(wheel.monitor.state(), ChannelState::ok);
     EXPECT_FALSE(wheel.monitor.suspect() || wheel.monitor.frozen() || wheel.monitor.recovering());
@@ -236,7 +236,7 @@ TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
   wheel.show(7.0, 10);
   ASSERT_EQ(wheel.monitor.state(), ChannelState::faulty);
   wheel.pass(9.0, 0.3);
-  wheel.monitor.startUnderWay(3.0);
+  wheel.monitor.start(3.0, true);
   EXPECT_NEAR(wheel.monitor.speed(), 3.0, 1e-12);
   wheel.pass(9.0, 0.1);
   const double expected = 3.0 + 0.1 * 1.65 / kRadius;  // at the acceleration limit

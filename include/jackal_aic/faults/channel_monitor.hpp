@@ -1,59 +1,14 @@
 #pragma once
 
 /// @file
-/// Noise, persistence of faults, held values and missed motion of one channel. Nothing allocates.
+/// Persistence of faults, held values and missed motion of one channel. Nothing allocates.
 
-#include <algorithm>
 #include <array>
 #include <bitset>
 #include <cstddef>
 #include <limits>
 
-#include "jackal_aic/model/forgetting.hpp"
-#include "jackal_aic/model/thresholds.hpp"
-
 namespace jackal_aic {
-
-/// Learned variance of a prediction error: lambda S, with the model's variance S and a factor lambda >= 1 that follows
-/// the mean of e^2 / S. Outliers are left out, because a few samples of a fault would widen the bound.
-class LearnedVariance {
- public:
-  /// Largest factor: ten times the configured standard deviation.
-  static constexpr double kLargestFactor = 100.0;
-
-  /// e^2 / (lambda S): squared Mahalanobis distance of an error.
-  double squaredDistance(double error, double variance) const { return error * error / (factor_ * variance); }
-
-  /// Takes the error of a good sample, whose variance is S by the model. @param step since the last sample [s].
-  void learn(double error, double variance, double step) {
-    average(factor_, error * error / variance, step, thresholds::kNoiseMemory);
-    factor_ = std::clamp(factor_, 1.0, kLargestFactor);
-  }
-
-  /// lambda, in [1, kLargestFactor].
-  double factor() const { return factor_; }
-
- private:
-  static constexpr double kInitialFactor = 25.0;  // says little before the noise is known
-  double factor_ = kInitialFactor;
-};
-
-/// Recent change of a quantity: the integral of its rate with exponential forgetting. Jitter cancels, and a change
-/// counts the same in one step or many.
-class RecentChange {
- public:
-  /// @param memory [s]; 0 remembers nothing.
-  explicit RecentChange(double memory) : memory_(memory) {}
-
-  /// Adds a rate [1/s] over a step [s].
-  void add(double rate, double step) { value_ = memory_ > step ? (1.0 - step / memory_) * value_ + step * rate : 0.0; }
-
-  double value() const { return value_; }  ///< change over the memory
-
- private:
-  double memory_;
-  double value_ = 0.0;
-};
 
 /// Verdict on a channel.
 enum class ChannelState {

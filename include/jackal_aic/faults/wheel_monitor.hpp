@@ -37,14 +37,12 @@ class WheelMonitor {
   /// @param wheel_radius r [m].
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius);
 
-  /// Forgets everything but the parameters, without allocating. @param model, wheel_radius as when it was made.
-  void forget(const PlantModel& model, double wheel_radius);
+  /// Forgets everything but the parameters, without allocating.
+  void forget();
 
-  /// Starts at a measured speed [rad/s] with no fault.
-  void start(double speed);
-
-  /// As start(), but keeps the commands that are still within the dead time.
-  void startUnderWay(double speed);
+  /// Starts at a measured speed [rad/s] with no fault. @param commands_known keeps the commands within the dead time;
+  /// otherwise they have been those of this speed.
+  void start(double speed, bool commands_known = false);
 
   /// Sets the prediction to a measured speed [rad/s] while the command is unknown. Keeps the noise estimate and the
   /// suspicion.
@@ -108,9 +106,6 @@ class WheelMonitor {
     Range reachable;
     double time;  // of the sample, by clock_ [s]
   };
-  WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-               ReachableSpeeds&& reachable, WheelBelief&& belief);
-  void begin(double speed);
   double speedVariance() const;
   double resolutionVariance() const;
   double variance() const;
@@ -134,8 +129,8 @@ class WheelMonitor {
   ReachableSpeeds reachable_;  // keeps the commands under way
   WheelBelief belief_;         // of the command that acts
   bool identified_;
-  RecentChange change_;
-  LearnedVariance learned_;
+  double change_ = 0.0;                   // recent change of the belief, over kMemory [rad/s]
+  double noise_ = faults::kUnknownNoise;  // learned factor of the variance of an error
   Persistence persistence_;
   faults::Repetition repetition_;
   double silence_ = 0.0;  // ln of the odds of the repetitions so far that the encoder is frozen
