@@ -67,9 +67,11 @@ constexpr double kMostOdds = 10.0;
 constexpr double kDeadZone = 0.05;  // largest yaw rate for which drivers publish zero instead [rad/s]
 constexpr double kSteepest = 0.7;   // of gravity: 45 degrees
 constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, standard deviation [m]
-constexpr double kLate = 0.1;       // time within which an uncertain speed is an uncertain acceleration [s]
-constexpr double kShaken = 0.2;     // time for which a body goes on rocking, or somebody may only seem to let go [s]
-constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
+constexpr double kLate =
+    0.1;  // time in which a body follows its wheels: an uncertain speed is an uncertain acceleration [s]
+
+// Time for which a body goes on rocking, or somebody may only seem to let go [s].
+constexpr double kShaken = thresholds::kMotionMemory;
 
 constexpr double kNone = 1e-300;  // least probability
 
@@ -118,7 +120,7 @@ void BodyMonitor::start() {
 }
 
 void BodyMonitor::predict(double forward_rate, const Range& possible, double difference_rate, double step) {
-  const double fading = step / kFading;
+  const double fading = step / kLate;
   forward_change_ += forward_rate * step;
   difference_change_ += difference_rate * step;
   lowest_ = std::min(possible.low, lowest_ - fading * lowest_);

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/square.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
@@ -24,7 +25,7 @@ constexpr double kNoEvidence = 0.0287;
 constexpr double kIsolationTime = 0.2;
 
 /// Longest time for which the body drags a wheel faster than commanded against weak motors [s].
-constexpr double kDraggedTime = 0.6;
+constexpr double kDraggedTime = 2.0 * thresholds::kPatience;
 
 /// Time over which the yaw rate's evidence is averaged [s].
 constexpr double kEvidenceMemory = 0.05;
@@ -245,14 +246,12 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   const auto stays_away = [](const WheelMonitor& wheel) { return wheel.suspect() && !wheel.recovering(); };
   if (stays_away(left_) || stays_away(right_)) evidence_.time += step;
   if (!yaw_tells_) return;
-  const double fading = std::exp(-step / kEvidenceMemory);
   const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
   const double asked = rolling_radius_ * (right_.speedAskedFor() - left_.speedAskedFor());
   const double measured_error = body_.yawError(observation.yaw_rate, measured, forwardSpeed());
   const double predicted_error = body_.yawError(observation.yaw_rate, asked, forwardSpeed());
-  const auto average = [fading](double& mean, double error) { mean += (1.0 - fading) * (error * error - mean); };
-  average(evidence_.against_measured, measured_error);
-  average(evidence_.against_predicted, predicted_error);
+  average(evidence_.against_measured, square(measured_error), step, kEvidenceMemory);
+  average(evidence_.against_predicted, square(predicted_error), step, kEvidenceMemory);
 }
 
 void FaultMonitor::conclude(const Side& side, double step) const {

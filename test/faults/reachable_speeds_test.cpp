@@ -49,8 +49,8 @@ TEST(ReachableSpeeds, HoldEveryDriveTrainOfTheirRange) {
       }
       wheel.predict(command);
       const Range rates = reachable.predict(command);
-      ASSERT_GE(wheel.speed(), reachable.low() - 1e-9) << "robot " << robot << ", step " << k;
-      ASSERT_LE(wheel.speed(), reachable.high() + 1e-9) << "robot " << robot << ", step " << k;
+      ASSERT_GE(wheel.speed(), reachable.speeds().low - 1e-9) << "robot " << robot << ", step " << k;
+      ASSERT_LE(wheel.speed(), reachable.speeds().high + 1e-9) << "robot " << robot << ", step " << k;
       ASSERT_GE(wheel.acceleration(), rates.low - 1e-6) << "robot " << robot << ", step " << k;
       ASSERT_LE(wheel.acceleration(), rates.high + 1e-6) << "robot " << robot << ", step " << k;
     }
@@ -65,11 +65,11 @@ TEST(ReachableSpeeds, HoldAWheelThatTurnsByTheOffsetSlowerOrStands) {
   const Range rates = reachable.predict(-10.0);
   EXPECT_NEAR(rates.low, 0.0, 1e-3);
   EXPECT_NEAR(rates.high, 0.0, 1e-3);
-  EXPECT_NEAR(reachable.low(), -9.5, 1e-6);
-  EXPECT_NEAR(reachable.high(), -9.5, 1e-6);
+  EXPECT_NEAR(reachable.speeds().low, -9.5, 1e-6);
+  EXPECT_NEAR(reachable.speeds().high, -9.5, 1e-6);
   reachable.start(0.0);
   for (int k = 0; k < 3000; ++k) reachable.predict(0.4);
-  EXPECT_EQ(reachable.high(), 0.0);
+  EXPECT_EQ(reachable.speeds().high, 0.0);
 }
 
 TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
@@ -79,9 +79,9 @@ TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
     const double command = k < 1000 ? 6.0 : -4.0;
     wheel.predict(command);
     reachable.predict(command);
-    EXPECT_NEAR(reachable.low(), wheel.speed(), 1e-6);
+    EXPECT_NEAR(reachable.speeds().low, wheel.speed(), 1e-6);
     EXPECT_NEAR(reachable.nominal(), wheel.speed(), 1e-6);
-    EXPECT_NEAR(reachable.high(), wheel.speed(), 1e-6);
+    EXPECT_NEAR(reachable.speeds().high, wheel.speed(), 1e-6);
   }
 }
 
@@ -89,16 +89,16 @@ TEST(ReachableSpeeds, OfAWheelThatMayHaveSettledHoldWhereItsCommandsLead) {
   ReachableSpeeds reachable(model(), kRadius, kRange);
   for (int k = 0; k < 1000; ++k) reachable.predict(10.0);
   reachable.seed(9.5, 1.0);
-  EXPECT_EQ(reachable.low(), 9.5);
+  EXPECT_EQ(reachable.speeds().low, 9.5);
   EXPECT_EQ(reachable.nominal(), 9.5);
-  EXPECT_EQ(reachable.high(), 10.0);
+  EXPECT_EQ(reachable.speeds().high, 10.0);
   reachable.seed(10.5, 1.0);
-  EXPECT_EQ(reachable.low(), 10.0);
-  EXPECT_EQ(reachable.high(), 10.5);
+  EXPECT_EQ(reachable.speeds().low, 10.0);
+  EXPECT_EQ(reachable.speeds().high, 10.5);
   for (const double under_way : {8.5, 11.5, 0.0, -10.0}) {
     reachable.seed(under_way, 1.0);
-    EXPECT_EQ(reachable.low(), under_way);
-    EXPECT_EQ(reachable.high(), under_way);
+    EXPECT_EQ(reachable.speeds().low, under_way);
+    EXPECT_EQ(reachable.speeds().high, under_way);
   }
 }
 

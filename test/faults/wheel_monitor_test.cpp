@@ -193,10 +193,10 @@ TEST(WheelMonitor, TheBandIsThatOfARangeOfDriveTrains) {
       for (int k = 1; k <= 50; ++k) {
         wheel.pass(command, kPeriod);
         for (int i = 0; i < 20; ++i) reachable.predict(command);
-        double low = reachable.low(), high = reachable.high();
+        double low = reachable.speeds().low, high = reachable.speeds().high;
         if (low <= 0.8 && high >= -0.8) low = std::min(low, 0.0), high = std::max(high, 0.0);  // stiction
-        low = std::min(low, reachable.low() - row.gain * std::abs(reachable.low()) - row.offset);
-        high = std::max(high, reachable.high() + row.gain * std::abs(reachable.high()) + row.offset);
+        low = std::min(low, reachable.speeds().low - row.gain * std::abs(reachable.speeds().low) - row.offset);
+        high = std::max(high, reachable.speeds().high + row.gain * std::abs(reachable.speeds().high) + row.offset);
         SCOPED_TRACE(testing::Message() << row.name << ": " << command << ", " << k);
         wheel.expectBand(low, high, 1e-4);
         if (HasFailure()) return;

@@ -8,6 +8,8 @@
 /// The right side falls with w and rises with r (a monotone system), so the extreme solutions bound all others. The
 /// upper one uses the fastest rise, the slowest fall and the highest r within the range of dead times.
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "jackal_aic/model/drive_train.hpp"
@@ -49,8 +51,10 @@ class ReachableSpeeds {
   /// Speed that the newest command asks for, at steady state [rad/s].
   double commanded() const { return gain_ * commands_.at(0); }
 
-  double low() const { return low_; }    ///< lowest speed [rad/s]
-  double high() const { return high_; }  ///< highest speed [rad/s]
+  Range speeds() const { return {low_, high_}; }  ///< the interval [rad/s]
+
+  /// Largest speed, forwards or backwards [rad/s].
+  double largest() const { return std::max(std::abs(low_), std::abs(high_)); }
 
   /// Speed of the model itself, between the two [rad/s].
   double nominal() const { return nominal_; }

@@ -71,8 +71,10 @@ class WheelMonitor {
 
   /// The last sample is between half and all of the predicted speed: the wheel is slowed down but not blocked.
   bool slowed() const;
-  bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
-  bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
+  /// The last sample is beyond every speed that the commands may have given it.
+  bool fasterThanCommanded() const { return std::abs(measured_) > reachable_.largest(); }
+  /// No command of late makes it turn: what turns it comes from outside.
+  bool commandedToRest() const { return reachable_.largest() < thresholds::kMoving; }
   bool suspect() const { return suspect_; }  ///< the last sample is an outlier
   bool frozen() const { return frozen_; }    ///< because it repeats exactly
   /// The last sample is an outlier that approaches the prediction, or leads it towards the commanded speed.
