@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
+#include <numeric>
 
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/gravity.hpp"
@@ -14,15 +14,29 @@
 namespace jackal_aic::faults {
 namespace {
 
-// How often hypotheses begin [1/s], and how long they last on average [s].
-constexpr double kFaultRate = 1e-5, kRepairTime = 100.0;   // one in a day of driving
-constexpr double kSlideRate = 0.05, kSlideTime = 0.3;      // a sill, a jolt, ice
-constexpr double kStrikeRate = 0.001, kStrikeTime = 0.15;  // a kerb, and its taking back
-constexpr double kGlitchRate = 1e-4, kGlitchTime = 0.03;   // an offset of the gyro that ends by itself
-constexpr double kPushRate = 0.01, kPushTime = 2.0;        // somebody moves a robot that is to stand
-constexpr double kGroundTime = 3.0;                        // after which another slip is the usual one
-constexpr double kEndsOnGround = 0.25;                     // share of slides that end on another ground, of each kind
-constexpr double kLeastRate = 1e-7;                        // at which anything begins whatever else is believed
+struct Entry {
+  const char* text;
+  double rate, time;  // how often it begins [1/s], and how long it lasts on average [s]
+};
+
+constexpr std::array<Entry, kHypotheses> kEntries{{
+    {"healthy", 0.0, HUGE_VAL},
+    {"the body slides", 0.05, 0.3},        // a sill, a jolt, ice
+    {"struck by a kerb", 0.001, 0.15},     // and the tyres take it back
+    {"other ground", 0.0, 3.0},            // begins as a slide; then its slip is the usual one
+    {"the ground pulls aside", 0.0, 3.0},  // the same
+    {"gyro glitch", 1e-4, 0.03},
+    {"moved from outside", 0.01, 2.0},  // of a robot that is to stand
+    {"gyro frozen", 1e-5, 100.0},       // a fault: one in a day of driving, until it is repaired
+    {"gyro offset", 1e-5, 100.0},
+    {"gyro reversed", 1e-5, 100.0},
+    {"accelerometer frozen", 1e-5, 100.0},
+    {"accelerometer offset", 1e-5, 100.0},
+    {"IMU upside down", 1e-5, 100.0},
+}};
+
+constexpr double kEndsOnGround = 0.25;  // share of slides that end on another ground, of each kind
+constexpr double kLeastRate = 1e-7;     // at which anything begins whatever else is believed [1/s]
 
 constexpr double kMounted = 1e-3;  // chance that an IMU is mounted in another way than tf says, of each way
 
@@ -53,9 +67,11 @@ constexpr double kMostOdds = 10.0;
 constexpr double kDeadZone = 0.05;  // largest yaw rate for which drivers publish zero instead [rad/s]
 constexpr double kSteepest = 0.7;   // of gravity: 45 degrees
 constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, standard deviation [m]
-constexpr double kLate = 0.1;       // time within which an uncertain speed is an uncertain acceleration [s]
-constexpr double kShaken = 0.2;     // time for which a body goes on rocking, or somebody may only seem to let go [s]
-constexpr double kFading = 0.1;     // time over which the body follows a change of its wheels at the latest [s]
+constexpr double kLate =
+    0.1;  // time in which a body follows its wheels: an uncertain speed is an uncertain acceleration [s]
+
+// Time for which a body goes on rocking, or somebody may only seem to let go [s].
+constexpr double kShaken = thresholds::kMotionMemory;
 
 constexpr double kNone = 1e-300;  // least probability
 
@@ -104,7 +120,7 @@ void BodyMonitor::start() {
 }
 
 void BodyMonitor::predict(double forward_rate, const Range& possible, double difference_rate, double step) {
-  const double fading = step / kFading;
+  const double fading = step / kLate;
   forward_change_ += forward_rate * step;
   difference_change_ += difference_rate * step;
   lowest_ = std::min(possible.low, lowest_ - fading * lowest_);
@@ -112,22 +128,7 @@ void BodyMonitor::predict(double forward_rate, const Range& possible, double dif
   rate_ = forward_rate;
 }
 
-const char* text(Hypothesis hypothesis) {
-  constexpr std::array<const char*, kHypotheses> kTexts{"healthy",
-                                                        "the body slides",
-                                                        "struck by a kerb",
-                                                        "other ground",
-                                                        "the ground pulls aside",
-                                                        "gyro glitch",
-                                                        "moved from outside",
-                                                        "gyro frozen",
-                                                        "gyro offset",
-                                                        "gyro reversed",
-                                                        "accelerometer frozen",
-                                                        "accelerometer offset",
-                                                        "IMU upside down"};
-  return kTexts.at(hypothesis);
-}
+const char* text(Hypothesis hypothesis) { return kEntries[hypothesis].text; }
 
 std::string Suspicion::text() const {
   return fmt::format("{}{}, {:.2f}", hypothesis == kHealthy ? "" : "perhaps: ", faults::text(hypothesis), probability);
@@ -175,36 +176,40 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
                       square(s * difference_change_) + 2.0 * yaw_.noise();
   const GyroSample y{yaw_rate, yaw_rate - yaw_rate_, gyro_error_, last_error, gyro_variance_, free, s * x.mean};
   GyroEvidence g;
-  weighMotion(y, wheels, step, g);
-  weighOffset(y, g);
+  weighMotion(y, wheels, step, g.of);
+  weighOffset(y, g.of[kGyroOffset]);
   weighReversal(y, wheels, step, g);
+  g.of[kGyroGlitch] = g.of[kGyroOffset];
+  g.of[kAccelerometerFrozen] = g.of[kAccelerometerOffset] = g.of[kHealthy];
+  g.of[kUpsideDown] = g.of[kGyroReversed];
+  g.of[kGyroFrozen] = {kImpossible, kImpossible};
   weighRepetition(y, wheels.turn, g);
   return g;
 }
 
 /// What the body does.
-void BodyMonitor::weighMotion(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g) {
+void BodyMonitor::weighMotion(const GyroSample& y, const WheelMotion& wheels, double step, Densities& g) {
   const double e = y.error, S = y.variance, v = wheels.forward.mean;
   const double usual = logStudent(square(e), S), any = std::log(kOutliers) + logNormal(e, square(kOffsetScale));
   gyro_outlier_ = any > usual;
-  g.healthy = logSum(usual, any);
-  g.slides = logNormal(y.change, y.free);
-  g.slides_begins = logNormal(e, y.free + S);  // from where its wheels had it
+  g[kHealthy].stays = g[kHealthy].begins = logSum(usual, any);
+  g[kSlides].stays = logNormal(y.change, y.free);
+  g[kSlides].begins = logNormal(e, y.free + S);  // from where its wheels had it
   // The tyres take it back, or another wheel holds it. What happened while the wheels did not tell is unknown.
-  const double half_taken_back = -0.5 * std::expm1(-step / kStrikeTime) * y.last_error;
-  g.struck = logNormal(y.jump().mean + half_taken_back, y.free + square(half_taken_back));
-  g.struck_begins = logNormal(e, square(compared_ ? kStrike : kOffsetScale) + S);
-  g.ground = slip_offset_.stays(e, S, wheels.difference.mean);
+  const double half_taken_back = -0.5 * std::expm1(-step / kEntries[kStruck].time) * y.last_error;
+  g[kStruck].stays = logNormal(y.jump().mean + half_taken_back, y.free + square(half_taken_back));
+  g[kStruck].begins = logNormal(e, square(compared_ ? kStrike : kOffsetScale) + S);
+  g[kOtherGround].stays = slip_offset_.stays(e, S, wheels.difference.mean);
   // No body jumps: the new slip is what it has come to.
-  g.ground_begins = g.slides - 0.5 * square(e) / (S + square(kOtherSlip * y.asked));
-  g.pulled = pull_offset_.stays(e, S, v);
-  g.pulled_begins = g.slides - 0.5 * square(e) / (S + square(kPull * yaw_.slope() * v));
+  g[kOtherGround].begins = g[kSlides].stays - 0.5 * square(e) / (S + square(kOtherSlip * y.asked));
+  g[kPulled].stays = pull_offset_.stays(e, S, v);
+  g[kPulled].begins = g[kSlides].stays - 0.5 * square(e) / (S + square(kPull * yaw_.slope() * v));
   // No ground turns a body against its wheels.
   const double against = 0.5 * square(turnAgainst(y) / (0.5 * kOtherSlip));
-  g.ground -= against;
-  g.ground_begins -= against;
-  g.moved = logNormal(y.change, square(kHandling * step) + 2.0 * yaw_.noise());
-  g.moved_begins = logNormal(e, square(kOffsetScale) + S);
+  g[kOtherGround].stays -= against;
+  g[kOtherGround].begins -= against;
+  g[kMoved].stays = logNormal(y.change, square(kHandling * step) + 2.0 * yaw_.noise());
+  g[kMoved].begins = logNormal(e, square(kOffsetScale) + S);
 }
 
 /// Part of the turn that the wheels ask for which the body makes against them: 0 or less.
@@ -212,32 +217,33 @@ double BodyMonitor::turnAgainst(const GyroSample& y) const {
   return std::abs(y.asked) > thresholds::kTurning ? std::min((y.value - yaw_.bias()) / y.asked, 0.0) : 0.0;
 }
 
-void BodyMonitor::weighOffset(const GyroSample& y, GyroEvidence& g) {
-  g.offset = gyro_offset_.stays(y.error, y.variance);
+void BodyMonitor::weighOffset(const GyroSample& y, Evidence& g) {
+  g.stays = gyro_offset_.stays(y.error, y.variance);
   // Where the body does not follow its wheels, an offset shows as a jump.
   const double sliding = compared_ ? std::min(1.0, kNone + alpha_[kSlides] + alpha_[kStruck]) : kNone;
   const Normal level{y.error, y.variance}, jump = y.jump();
   const double of_level = gyro_offset_.begins(level.mean, level.variance),
                of_jump = gyro_offset_.begins(jump.mean, jump.variance);
-  g.offset_begins = logMixture(sliding, of_level, of_jump);
+  g.begins = logMixture(sliding, of_level, of_jump);
   gyro_begins_ = std::log(sliding) + of_jump > std::log1p(-sliding) + of_level ? jump : level;
 }
 
 void BodyMonitor::weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g) {
   // On a straight line a gyro of the wrong sign agrees with everybody; a body that does not turn shows no sign either.
-  g.reversed = g.reversed_stays = g.healthy;
-  g.reversed_begins = logNormal(y.value + yaw_rate_, y.free);  // no body jumps, but the sign does
+  const double healthy = g.of[kHealthy].stays;
+  g.reversed = healthy;
+  g.of[kGyroReversed] = {healthy, logNormal(y.value + yaw_rate_, y.free)};  // no body jumps, but the sign does
   if (!turning_) return;
   const Normal& x = wheels.difference;
   const double v = wheels.forward.mean, read = y.value - yaw_.bias();
   // Mounted so from the start, or since a sample.
   const double reversed = std::max(logStudent(square(-y.value - mirrored_.mean(x.mean, v)), mirrored_.variance(x, v)),
                                    logStudent(square(-y.value - yaw_.mean(x.mean, v)), y.variance));
-  g.reversed = read * x.mean < 0.0 && std::abs(read) > kDeadZone ? reversed : std::min(reversed, g.healthy);
+  g.reversed = read * x.mean < 0.0 && std::abs(read) > kDeadZone ? reversed : std::min(reversed, healthy);
   // A body that slides goes on as it did, so the samples of the ground's memory are one. It does not do so for long.
-  const double swing = 0.5 * square(std::max(turnAgainst(y), -1.0)), advantage = g.reversed - (g.slides - swing);
+  const double slides = g.of[kSlides].stays, swing = 0.5 * square(std::max(turnAgainst(y), -1.0));
   const double part = std::min(1.0, step / YawPrediction::kGroundMemory);
-  g.reversed_stays = std::min(g.reversed, g.slides + part * advantage);
+  g.of[kGyroReversed].stays = std::min(g.reversed, slides + part * (g.reversed - (slides - swing)));
 }
 
 /// Repetitions, which a frozen gyro alone explains. A value is left behind where the prediction has gone away from it
@@ -250,15 +256,19 @@ void BodyMonitor::weighRepetition(const GyroSample& y, bool moving, GyroEvidence
   const bool left = zero ? turning_ : far(y.error) && far(predicted - predicted_);
   gyro_kind_ = left ? Repetition::under_way : moving ? Repetition::moving : Repetition::rest;
   const double chance = repeats && zero && !turning_ ? 0.0 : gyro_repetition_.logChance(y.value, gyro_kind_);
-  const std::initializer_list<double*> densities = {
-      &g.healthy,       &g.slides,   &g.slides_begins,   &g.struck,        &g.struck_begins, &g.ground,
-      &g.ground_begins, &g.pulled,   &g.pulled_begins,   &g.moved,         &g.moved_begins,  &g.offset,
-      &g.offset_begins, &g.reversed, &g.reversed_begins, &g.reversed_stays};
-  double best = g.healthy;
-  for (const double* p : densities) best = std::max(best, *p);
-  for (double* p : densities) *p = chance + (repeats ? logUnless(gyro_repetition_.held(y.value), *p - best) : *p);
-  g.frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
-  if (repeats) g.frozen = zero ? std::log(0.5) : 0.0;
+  double best = g.reversed;
+  for (const Evidence& p : g.of) best = std::max({best, p.stays, p.begins});
+  const auto repeated = [&](double& p) {
+    p = chance + (repeats ? logUnless(gyro_repetition_.held(y.value), p - best) : p);
+  };
+  repeated(g.reversed);
+  for (Evidence& p : g.of) {
+    repeated(p.stays);
+    repeated(p.begins);
+  }
+  double frozen = zero ? logNormal(0.0, yaw_.noise()) + chance : kImpossible;
+  if (repeats) frozen = zero ? std::log(0.5) : 0.0;
+  g.of[kGyroFrozen] = {frozen, frozen};
 }
 
 BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observation& y, const WheelMotion& wheels,
@@ -270,7 +280,7 @@ BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observati
   const double possible = std::clamp(left, std::min(0.0, lowest_ - rate_), std::max(0.0, highest_ - rate_));
   const double doubt = square(kPaceDoubt * rate_) + wheels.forward.variance / square(kLate), v = wheels.forward.mean;
   const AxisEvidence x = forward_.weigh(y.acceleration_x, left - possible, doubt, v, yaw_rate, kind, step);
-  AccelerationEvidence a{x.healthy, x.jolted, x.frozen, x.offset, x.offset_begins, kImpossible};
+  AccelerationEvidence a{x, kImpossible};
   if (y.acceleration_z) {
     // A message that is published again repeats all of its axes: that is one event.
     const bool again = forward_.repeats(y.acceleration_x) && vertical_.repeats(*y.acceleration_z);
@@ -297,20 +307,22 @@ BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observati
 void BodyMonitor::weighSign(const GyroEvidence& g, double step) {
   if (!turning_) return;
   const double part = std::min(1.0, step / YawPrediction::kGroundMemory), most = -std::log(kLeastRate);
-  sign_ = std::clamp(sign_ + part * (g.healthy - g.reversed), -most, most);
+  sign_ = std::clamp(sign_ + part * (g.of[kHealthy].stays - g.reversed), -most, most);
 }
 
 void BodyMonitor::judgeExcludedGyro(double yaw_rate, const GyroEvidence& g, double step) {
   if (gyro_.fault == kGyroOffset && turning_) {
-    against_ = std::clamp(against_ + g.reversed - g.offset, -kMostOdds, kMostOdds);
+    against_ = std::clamp(against_ + g.reversed - g.of[kGyroOffset].stays, -kMostOdds, kMostOdds);
     if (against_ > kSureOdds) gyro_ = {kGyroReversed, -kMostOdds, 0.0};
   }
   const bool reversed = gyro_.fault == kGyroReversed || gyro_.fault == kUpsideDown;
   const bool frozen = gyro_.fault == kGyroFrozen && gyro_repetition_.repeats(yaw_rate);  // until it changes
-  const double faulty = gyro_.fault == kGyroFrozen ? g.frozen : reversed ? g.reversed : g.offset;
+  const double faulty = reversed ? g.reversed : g.of[gyro_.fault].stays;
   // On a straight line it agrees with either sign, so it counts again only with a known one.
   if (sign_ < kSureOdds) gyro_.good = 0.0;
-  if (!reversed || turning_) gyro_.weigh(frozen ? kImpossible : g.healthy, faulty, step, parameters_.recovery_time);
+  if (!reversed || turning_) {
+    gyro_.weigh(frozen ? kImpossible : g.of[kHealthy].stays, faulty, step, parameters_.recovery_time);
+  }
   gyro_offset_.update(gyro_error_, gyro_variance_, 0.0);
 }
 
@@ -329,7 +341,7 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   since_jolt_ += step;
   const GyroEvidence g = judged ? judgeGyro(y.yaw_rate, wheels, step) : GyroEvidence{};
   const AccelerationEvidence a = accelerates ? judgeAcceleration(y, wheels, step) : AccelerationEvidence{};
-  if (step > 0.0) compare(g, a, wheels.to_stand, step);
+  if (step > 0.0) compare(g.of, a, wheels.to_stand, step);
   if (judged) learnGyro(y.yaw_rate, wheels, step);
   if (reads) {
     if (!judged) yaw_.restart();
@@ -367,30 +379,25 @@ BodyMonitor::AccelerationEvidence BodyMonitor::judgeAcceleration(const Observati
   return excluded || wheels.pushed ? AccelerationEvidence{} : a;
 }
 
-/// Updates the probabilities of the hypotheses.
-void BodyMonitor::compare(const GyroEvidence& g, const AccelerationEvidence& a, bool to_stand, double step) {
+/// Updates the probabilities of the hypotheses. @param p densities of the gyro.
+void BodyMonitor::compare(Densities p, const AccelerationEvidence& a, bool to_stand, double step) {
   const auto jolted = [&a](double share) { return logMixture(share, a.healthy, a.jolted); };
   const double jolts = jolted(jolts_), slides = jolted(kJoltsSliding), no_jolt = std::log1p(-jolts_);
-  Densities stays, begins;
-  const auto set = [&](Hypothesis h, double stay, double begin) {
-    stays[h] = stay;
-    begins[h] = begin;
+  const auto add = [&p](Hypothesis h, double stays, double begins) {
+    p[h].stays += stays;
+    p[h].begins += begins;
   };
-  set(kHealthy, g.healthy + jolts, g.healthy + jolts);
-  set(kSlides, g.slides + slides, g.slides_begins + slides);
-  set(kStruck, g.struck + slides, g.struck_begins + jolted(kJoltsStruck));
-  set(kOtherGround, g.ground + jolts, g.ground_begins + jolts);
-  set(kPulled, g.pulled + jolts, g.pulled_begins + jolts);
-  set(kGyroGlitch, g.offset + jolts, g.offset_begins + jolts);
+  for (const Hypothesis h : {kHealthy, kOtherGround, kPulled, kGyroGlitch, kGyroFrozen, kGyroOffset, kGyroReversed}) {
+    add(h, jolts, jolts);
+  }
+  add(kSlides, slides, slides);
+  add(kStruck, slides, jolted(kJoltsStruck));
   // A push is a constant force, so the acceleration may have an offset. The gyro has to see the motion.
-  set(kMoved, g.moved + half(slides, a.offset), g.moved_begins + half(jolted(kJoltsMoved), a.offset_begins));
-  set(kGyroFrozen, g.frozen + jolts, g.frozen + jolts);
-  set(kGyroOffset, g.offset + jolts, g.offset_begins + jolts);
-  set(kGyroReversed, g.reversed_stays + jolts, g.reversed_begins + jolts);
-  set(kAccelerometerFrozen, g.healthy + no_jolt + a.frozen, g.healthy + no_jolt + a.frozen);
-  set(kAccelerometerOffset, g.healthy + no_jolt + a.offset, g.healthy + no_jolt + a.offset_begins);
-  set(kUpsideDown, g.reversed_stays + no_jolt + a.upside_down, g.reversed_begins + no_jolt + a.upside_down);
-  filter(stays, begins, to_stand, step);
+  add(kMoved, half(slides, a.offset), half(jolted(kJoltsMoved), a.offset_begins));
+  add(kAccelerometerFrozen, no_jolt + a.frozen, no_jolt + a.frozen);
+  add(kAccelerometerOffset, no_jolt + a.offset, no_jolt + a.offset_begins);
+  add(kUpsideDown, no_jolt + a.upside_down, no_jolt + a.upside_down);
+  filter(p, to_stand, step);
 }
 
 void BodyMonitor::learnGyro(double yaw_rate, const WheelMotion& wheels, double step) {
@@ -417,46 +424,41 @@ void BodyMonitor::learnAcceleration(bool vertical, double step) {
   if (vertical) vertical_.learn(explained, 0.0, healthy, fresh_[kAccelerometerOffset], excluded, step);
 }
 
-void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool to_stand, double step) {
-  struct Prior {
-    double rate, time;
-  };
-  const auto prior = [&](int h) -> Prior {
+/// Probability that nothing is wrong, and nobody moves the robot.
+double BodyMonitor::noFault() const { return std::accumulate(alpha_.begin(), alpha_.begin() + kMoved, 0.0); }
+
+void BodyMonitor::filter(const Densities& p, bool to_stand, double step) {
+  const auto impossible = [&](int h) {
     switch (h) {
       case kSlides:
-        return {on_box_ ? 0.0 : kSlideRate, kSlideTime};
+        return on_box_;
       case kStruck:
-        return {on_box_ || to_stand ? 0.0 : kStrikeRate, kStrikeTime};
-      case kGyroGlitch:
-        return {kGlitchRate, kGlitchTime};
-      case kOtherGround:
-      case kPulled:
-        return {0.0, kGroundTime};
+        return on_box_ || to_stand;
       case kMoved:
-        return to_stand ? Prior{kPushRate, kPushTime} : Prior{0.0, step};
+        return !to_stand;
       case kGyroFrozen:
       case kAccelerometerFrozen:
-        return {parameters_.frozen_samples > 0 ? kFaultRate : 0.0, kRepairTime};
+        return parameters_.frozen_samples == 0;
       default:
-        return {kFaultRate, kRepairTime};
+        return false;
     }
   };
-  const auto leaving = [&](int h) { return alpha_[h] * std::min(1.0, step / prior(h).time); };
-  const double no_fault = alpha_[kHealthy] + alpha_[kSlides] + alpha_[kStruck] + alpha_[kOtherGround] +
-                          alpha_[kPulled] + alpha_[kGyroGlitch];
-  const double grounds = kEndsOnGround * leaving(kSlides);
+  const auto leaving = [&](int h) {
+    return h == kMoved && !to_stand ? alpha_[h] : alpha_[h] * std::min(1.0, step / kEntries[h].time);
+  };
+  const double no_fault = noFault(), grounds = kEndsOnGround * leaving(kSlides);
   double back = kLeastRate - 2.0 * grounds;
   for (int h = kHealthy + 1; h < kHypotheses; ++h) back += leaving(h);
-  Densities next;
+  Probabilities next;
   double top = -std::numeric_limits<double>::infinity();
   for (int h = 0; h < kHypotheses; ++h) {
-    const double rate = prior(h).rate;
+    const double rate = impossible(h) ? 0.0 : kEntries[h].rate;
     const double in = h == kHealthy                       ? std::max(back, kLeastRate)
                       : h == kOtherGround || h == kPulled ? grounds
                       : rate > 0.0                        ? (no_fault * rate + kLeastRate) * step
                                                           : 0.0;
     const double remains = h == kHealthy ? alpha_[h] : alpha_[h] - leaving(h);
-    const double begun = std::log(in + kNone) + begins[h], stayed = std::log(remains + kNone) + stays[h];
+    const double begun = std::log(in + kNone) + p[h].begins, stayed = std::log(remains + kNone) + p[h].stays;
     next[h] = logSum(begun, stayed);
     fresh_[h] = std::exp(begun - next[h]);
     top = std::max(top, next[h]);
@@ -467,19 +469,18 @@ void BodyMonitor::filter(const Densities& stays, const Densities& begins, bool t
       if (h != kMoved) next[h] = -std::numeric_limits<double>::infinity();
   }
   double sum = 0.0;
-  for (double& p : next) sum += p = std::exp(p - top);
+  for (double& probability : next) sum += probability = std::exp(probability - top);
   for (int h = 0; h < kHypotheses; ++h) alpha_[h] = next[h] / sum;
 }
 
 void BodyMonitor::decide(double step) {
-  double no_fault = 0.0;
-  for (int h = kHealthy; h < kMoved; ++h) no_fault += alpha_[h];
   if (said_ == kMoved) {
     good_ = alpha_[kMoved] < 1.0 - kCertainty ? good_ + step : 0.0;
     if (good_ < kShaken) return;
     said_ = kHealthy;
   }
   good_ = 0.0;
+  const double no_fault = noFault();
   suspicious_ = 1.0 - no_fault > kDoubt ? suspicious_ + step : 0.0;
   if (suspicious_ == 0.0) return;
   Hypothesis best = kMoved;

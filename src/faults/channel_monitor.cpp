@@ -8,20 +8,17 @@
 
 namespace jackal_aic {
 
-double chebyshevBound(int channels, double false_alarm_rate) { return std::sqrt(channels / false_alarm_rate); }
-
-ChannelState Persistence::update(bool suspect, bool informative, double step, bool conclusive) {
-  recent_ = ((recent_ << 1) | (suspect ? 1u : 0u)) & window_;
+ChannelState Persistence::update(bool suspect, bool informative, double step) {
+  recent_ <<= 1;
+  recent_[0] = suspect;
   if (state_ == ChannelState::faulty) {
     if (suspect) good_time_ = 0.0;
     if (!suspect && informative) good_time_ += step;
-    if (good_time_ >= parameters_.recovery_time) reset();
+    if (good_time_ >= recovery_time_) reset();
     return state_;
   }
-  int suspects = 0;
-  for (std::uint64_t bits = recent_; bits != 0; bits &= bits - 1) ++suspects;
   state_ = suspect ? ChannelState::outlier : ChannelState::ok;
-  if (conclusive && suspects >= parameters_.fault_samples) declareFaulty();
+  if (recent_.count() >= kSuspects) declareFaulty();
   return state_;
 }
 
@@ -31,7 +28,7 @@ void Persistence::declareFaulty() {
 }
 
 void Persistence::reset() {
-  recent_ = 0;
+  recent_.reset();
   state_ = ChannelState::ok;
 }
 

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
 
+#include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/square.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
@@ -23,7 +25,7 @@ constexpr double kNoEvidence = 0.0287;
 constexpr double kIsolationTime = 0.2;
 
 /// Longest time for which the body drags a wheel faster than commanded against weak motors [s].
-constexpr double kDraggedTime = 0.6;
+constexpr double kDraggedTime = 2.0 * thresholds::kPatience;
 
 /// Time over which the yaw rate's evidence is averaged [s].
 constexpr double kEvidenceMemory = 0.05;
@@ -33,74 +35,53 @@ constexpr double kCommandsKnown = 0.25;
 
 constexpr double kLongestStep = 0.5;  // s between samples; a longer silence says nothing more
 
-FaultParameters validated(const FaultParameters& parameters) {
-  validate(parameters);
-  return parameters;
-}
-
 bool isFaulty(const ChannelHealth& verdict) { return verdict.state == ChannelState::faulty; }
 bool counts(const ChannelHealth& verdict) { return verdict.state == ChannelState::ok; }
 
-/// A wheel that was suspect for long enough without a cause.
-bool undecided(const WheelMonitor& wheel, const ChannelHealth& verdict, bool drive) {
-  return wheel.state() == ChannelState::faulty && !drive && !isFaulty(verdict);
-}
-
-FaultCause causeOf(faults::Hypothesis fault) {
-  switch (fault) {
-    case faults::kHealthy:
-      return FaultCause::none;
+Fault faultOf(faults::Hypothesis hypothesis) {
+  switch (hypothesis) {
     case faults::kGyroFrozen:
-    case faults::kAccelerometerFrozen:
-      return FaultCause::frozen;
+      return Fault::gyro_frozen;
+    case faults::kGyroOffset:
+      return Fault::gyro_disagrees;
     case faults::kGyroReversed:
-      return FaultCause::sign;
+      return Fault::gyro_reversed;
+    case faults::kAccelerometerFrozen:
+      return Fault::accelerometer_frozen;
+    case faults::kAccelerometerOffset:
+      return Fault::accelerometer_disagrees;
     case faults::kUpsideDown:
-      return FaultCause::gravity;
+      return Fault::imu_upside_down;
     default:
-      return FaultCause::prediction;
+      return Fault::none;
   }
 }
 
-bool isFrozen(const ChannelHealth& verdict) { return verdict.cause == FaultCause::frozen; }
-
 }  // namespace
-
-void validate(const FaultParameters& parameters) {
-  if (parameters.fault_samples <= parameters.fault_window) return;
-  throw ParameterError(fmt::format("faults.fault_samples = {}: must be at most faults.fault_window = {}",
-                                   parameters.fault_samples, parameters.fault_window));
-}
 
 ChannelValidity FaultReport::valid() const {
   return {counts(gyro), counts(wheel_left), counts(wheel_right), counts(accelerometer)};
 }
 
-bool FaultReport::faulty() const {
-  return drive_left || drive_right || isFaulty(wheel_left) || isFaulty(wheel_right) || isFaulty(gyro) ||
-         isFaulty(accelerometer);
+bool FaultReport::blocked() const {
+  return wheel_left.fault == Fault::left_wheels_blocked || wheel_right.fault == Fault::right_wheels_blocked;
 }
 
 bool FaultReport::turnSensorFaulty() const { return isFaulty(wheel_left) || isFaulty(wheel_right) || isFaulty(gyro); }
 
 Fault FaultReport::fault() const {
-  if (drive_left && drive_right) return Fault::wheels_blocked;
-  if (drive_left) return Fault::left_wheels_blocked;
-  if (drive_right) return Fault::right_wheels_blocked;
-  if (isFaulty(wheel_left)) return isFrozen(wheel_left) ? Fault::left_encoder_frozen : Fault::left_encoder_wrong;
-  if (isFaulty(wheel_right)) return isFrozen(wheel_right) ? Fault::right_encoder_frozen : Fault::right_encoder_wrong;
-  if (isFaulty(accelerometer) && accelerometer.cause == FaultCause::gravity) return Fault::imu_upside_down;
-  if (isFaulty(gyro) && gyro.cause == FaultCause::sign) return Fault::gyro_reversed;
-  if (isFaulty(gyro)) return isFrozen(gyro) ? Fault::gyro_frozen : Fault::gyro_disagrees;
-  if (isFaulty(accelerometer)) {
-    return isFrozen(accelerometer) ? Fault::accelerometer_frozen : Fault::accelerometer_disagrees;
+  if (wheel_left.fault == Fault::left_wheels_blocked && wheel_right.fault == Fault::right_wheels_blocked)
+    return Fault::wheels_blocked;
+  Fault gravest = moved ? Fault::moved : stuck ? Fault::stuck : Fault::none;
+  for (const ChannelHealth* channel : {&wheel_left, &wheel_right, &gyro, &accelerometer}) {
+    if (channel->fault != Fault::none && (gravest == Fault::none || channel->fault < gravest)) gravest = channel->fault;
   }
-  return moved ? Fault::moved : stuck ? Fault::stuck : Fault::none;
+  return gravest;
 }
 
 FaultMonitor::FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry,
                            const PlantModel& model)
-    : parameters_(validated(parameters)),
+    : parameters_(parameters),
       geometry_(geometry),
       model_(model),
       rolling_radius_(geometry.wheel_radius * geometry.slip_factor),
@@ -129,60 +110,54 @@ void FaultMonitor::predict(const WheelCommand& command) {
 
 const FaultReport& FaultMonitor::check(const Observation& observation) {
   if (!observation.finite() || (started_ && observation.stamp <= stamp_)) return report_;
-  const double time = started_ ? std::min(observation.stamp - stamp_, kLongestStep) : 0.0;
-  const SampleStep step(time, parameters_.covariance_time_constant);
+  const double step = started_ ? std::min(observation.stamp - stamp_, kLongestStep) : 0.0;
   if (!started_) start(observation);
   stamp_ = observation.stamp;
   checkWheels(observation, step);
-  checkBody(observation, time);
-  checkTraction(observation, time);
+  checkBody(observation, step);
+  checkTraction(observation, step);
   return report_;
+}
+
+std::array<FaultMonitor::Side, 2> FaultMonitor::sides(const Observation& y) {
+  return {{{left_, report_.wheel_left, followed_command_.left, kLeftWheels, y.wheel_left, y.valid.wheel_left},
+           {right_, report_.wheel_right, followed_command_.right, kRightWheels, y.wheel_right, y.valid.wheel_right}}};
 }
 
 void FaultMonitor::start(const Observation& observation) {
   started_ = true;
   body_.start();
-  const double left = observation.valid.wheel_left ? observation.wheel_left : 0.0;
-  const double right = observation.valid.wheel_right ? observation.wheel_right : 0.0;
-  if (known_ > kCommandsKnown) {
-    left_.startUnderWay(left);
-    right_.startUnderWay(right);
-  } else {
-    left_.start(left);
-    right_.start(right);
+  for (const Side& side : sides(observation)) {
+    side.wheel.start(side.valid ? side.measured : 0.0, known_ > kCommandsKnown);
   }
 }
 
-void FaultMonitor::checkWheels(const Observation& observation, const SampleStep& step) {
-  const ChannelValidity& valid = observation.valid;
-  if (followed_) {
-    const DeadZone dead_zone(model_);
-    if (valid.wheel_left) {
-      left_.follow(observation.wheel_left);
-      followed_command_.left = dead_zone.command(observation.wheel_left / model_.gain);
+void FaultMonitor::checkWheels(const Observation& observation, double step) {
+  const std::array<Side, 2> sides = this->sides(observation);
+  for (const Side& side : sides) {
+    if (!side.valid) continue;
+    if (followed_) {
+      side.wheel.follow(side.measured);
+      side.followed = DeadZone(model_).command(side.measured / model_.gain);
     }
-    if (valid.wheel_right) {
-      right_.follow(observation.wheel_right);
-      followed_command_.right = dead_zone.command(observation.wheel_right / model_.gain);
-    }
-    followed_ = false;
+    side.wheel.compare(side.measured, step);
   }
-  if (valid.wheel_left) left_.compare(observation.wheel_left, step.time);
-  if (valid.wheel_right) right_.compare(observation.wheel_right, step.time);
-  if (valid.wheel_left && right_.frozen()) left_.freezeWithTheOther();
-  if (valid.wheel_right && left_.frozen()) right_.freezeWithTheOther();
-  weighEvidence(observation, step.time);
-  if (valid.wheel_left) left_.conclude(observation.wheel_left, step);
-  if (valid.wheel_right) right_.conclude(observation.wheel_right, step);
+  followed_ = false;
+  if (observation.valid.wheel_left && right_.frozen()) left_.freezeWithTheOther();
+  if (observation.valid.wheel_right && left_.frozen()) right_.freezeWithTheOther();
+  weighEvidence(observation, step);
+  for (const Side& side : sides) {
+    if (side.valid) side.wheel.conclude(side.measured, step);
+  }
   if (concludeMoved()) return;
-  if (undecided(left_, report_.wheel_left, report_.drive_left) && !left_.suspecting()) left_.forgive();
-  if (undecided(right_, report_.wheel_right, report_.drive_right) && !right_.suspecting()) right_.forgive();
-  conclude(left_, report_.wheel_left, report_.drive_left, step.time);
-  conclude(right_, report_.wheel_right, report_.drive_right, step.time);
-  if (left_.spikes()) blameEncoder(left_, report_.wheel_left, report_.drive_left);
-  if (right_.spikes()) blameEncoder(right_, report_.wheel_right, report_.drive_right);
-  hearWitnesses(observation, step.time);
-  compareWithModel(observation, step.time);
+  for (const Side& side : sides) {
+    const bool undecided = side.wheel.state() == ChannelState::faulty && side.verdict.fault == Fault::none;
+    if (undecided && !side.wheel.suspecting()) side.wheel.forgive();
+    conclude(side, step);
+    if (side.wheel.spikes()) blameEncoder(side);
+  }
+  hearWitnesses(observation, step);
+  compareWithModel(observation, step);
 }
 
 void FaultMonitor::hearWitnesses(const Observation& y, double step) {
@@ -192,30 +167,29 @@ void FaultMonitor::hearWitnesses(const Observation& y, double step) {
   witness_.update(y.yaw_rate, {y.wheel_left, left_.nominal(), left_.reachable()},
                   {y.wheel_right, right_.nominal(), right_.reachable()},
                   std::max(left_.longestHold(), right_.longestHold()), step);
-  if (witness_.leftWrong()) blameEncoder(left_, report_.wheel_left, report_.drive_left);
-  if (witness_.rightWrong()) blameEncoder(right_, report_.wheel_right, report_.drive_right);
+  const auto [left, right] = sides(y);
+  if (witness_.leftWrong()) blameEncoder(left);
+  if (witness_.rightWrong()) blameEncoder(right);
 }
 
-void FaultMonitor::blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive) {
-  wheel.declareWrong();
-  if (!isFaulty(verdict)) verdict = {ChannelState::faulty, FaultCause::prediction, wheel.distance()};
-  drive = false;
+void FaultMonitor::blameEncoder(const Side& side) {
+  side.wheel.declareWrong();
+  if (!isFaulty(side.verdict)) side.verdict = {ChannelState::faulty, side.faults.wrong, side.wheel.distance()};
 }
 
 /// Reports a robot that differs from its model.
 void FaultMonitor::compareWithModel(const Observation& y, double step) {
   if (off_model_ == 0.0) off_measured_ = off_expected_ = 0.0;
-  const auto beyond = [&](bool valid, double measured, const WheelMonitor& wheel) {
-    const Range reachable = wheel.reachable();
-    if (!valid || withinRange(reachable.low, reachable.high).outside(measured) == 0.0) return false;
-    off_measured_ += std::copysign(1.0, wheel.nominal()) * measured * step;
-    off_expected_ += std::abs(wheel.nominal()) * step;
-    return true;
-  };
-  const bool left_off = beyond(y.valid.wheel_left, y.wheel_left, left_);
-  const bool right_off = beyond(y.valid.wheel_right, y.wheel_right, right_);
-  off_model_ = left_off || right_off ? std::min(off_model_ + step, 2.0 * thresholds::kPatience)
-                                     : std::max(off_model_ - step, 0.0);
+  bool off = false;
+  for (const Side& side : sides(y)) {
+    const auto [low, high] = side.wheel.reachable();
+    if (!side.valid || withinRange(low, high).outside(side.measured) == 0.0) continue;
+    const double nominal = side.wheel.nominal();
+    off_measured_ += std::copysign(1.0, nominal) * side.measured * step;
+    off_expected_ += std::abs(nominal) * step;
+    off = true;
+  }
+  off_model_ = off ? std::min(off_model_ + step, 2.0 * thresholds::kPatience) : std::max(off_model_ - step, 0.0);
   const bool wheels_were_off = report_.wheels_off_model;
   report_.wheels_off_model = off_model_ > (wheels_were_off ? 0.0 : thresholds::kPatience);
   if (report_.wheels_off_model && !wheels_were_off) report_.wheel_share = off_measured_ / off_expected_;
@@ -239,11 +213,9 @@ bool FaultMonitor::concludeMoved() {
   const bool suspecting = left_.suspecting() || right_.suspecting();
   // Uses the command before the suspicion: the controller may react to the push.
   if (!suspecting) was_to_stand_ = left_.commandedToRest() && right_.commandedToRest();
-  const auto found_before = [this] {
-    return report_.drive_left || report_.drive_right || isFaulty(report_.wheel_left) || isFaulty(report_.wheel_right);
-  };
+  const bool found_before = report_.wheel_left.fault != Fault::none || report_.wheel_right.fault != Fault::none;
   const bool were_turned = wheels_turned_;
-  wheels_turned_ = was_to_stand_ && (were_turned ? suspecting : (turns(left_) || turns(right_)) && !found_before());
+  wheels_turned_ = was_to_stand_ && (were_turned ? suspecting : (turns(left_) || turns(right_)) && !found_before);
   report_.moved = wheels_turned_;
   if (were_turned && !wheels_turned_) {
     left_.forgive();
@@ -251,8 +223,8 @@ bool FaultMonitor::concludeMoved() {
     evidence_ = Evidence{};
   }
   if (!wheels_turned_) return false;
-  report_.wheel_left = {ChannelState::outlier, FaultCause::none, left_.distance()};
-  report_.wheel_right = {ChannelState::outlier, FaultCause::none, right_.distance()};
+  report_.wheel_left = {ChannelState::outlier, Fault::none, left_.distance()};
+  report_.wheel_right = {ChannelState::outlier, Fault::none, right_.distance()};
   return true;
 }
 
@@ -274,29 +246,28 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   const auto stays_away = [](const WheelMonitor& wheel) { return wheel.suspect() && !wheel.recovering(); };
   if (stays_away(left_) || stays_away(right_)) evidence_.time += step;
   if (!yaw_tells_) return;
-  const double fading = std::exp(-step / kEvidenceMemory);
   const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
   const double asked = rolling_radius_ * (right_.speedAskedFor() - left_.speedAskedFor());
   const double measured_error = body_.yawError(observation.yaw_rate, measured, forwardSpeed());
   const double predicted_error = body_.yawError(observation.yaw_rate, asked, forwardSpeed());
-  const auto average = [fading](double& mean, double error) { mean += (1.0 - fading) * (error * error - mean); };
-  average(evidence_.against_measured, measured_error);
-  average(evidence_.against_predicted, predicted_error);
+  average(evidence_.against_measured, square(measured_error), step, kEvidenceMemory);
+  average(evidence_.against_predicted, square(predicted_error), step, kEvidenceMemory);
 }
 
-void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive, double step) const {
+void FaultMonitor::conclude(const Side& side, double step) const {
+  WheelMonitor& wheel = side.wheel;
+  ChannelHealth& verdict = side.verdict;
   verdict.distance = wheel.distance();
   if (wheel.state() != ChannelState::faulty) {
-    drive = false;
     verdict.state = wheel.state();
-    verdict.cause = FaultCause::none;
+    verdict.fault = Fault::none;
     return;
   }
-  if (isFaulty(verdict) || drive) return;
+  if (verdict.fault != Fault::none) return;
   verdict.state = wheel.suspect() && !wheel.recovering() ? ChannelState::outlier : ChannelState::ok;
   if (wheel.frozen()) {
     verdict.state = ChannelState::faulty;
-    verdict.cause = FaultCause::frozen;
+    verdict.fault = side.faults.frozen;
   } else if (wheel.suspect() && evidence_.time >= kIsolationTime) {
     const double doubt = std::max(kClearly * evidence_.against_predicted, kNoEvidence * kNoEvidence);
     const bool as_measured = !yaw_tells_ || evidence_.against_measured <= doubt;
@@ -308,9 +279,8 @@ void FaultMonitor::conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& d
       verdict.state = ChannelState::ok;
       return;
     }
-    drive = as_measured;
-    verdict.state = drive ? ChannelState::ok : ChannelState::faulty;
-    verdict.cause = drive ? FaultCause::none : FaultCause::prediction;
+    verdict.state = as_measured ? ChannelState::ok : ChannelState::faulty;
+    verdict.fault = as_measured ? side.faults.blocked : side.faults.wrong;
   }
 }
 
@@ -318,8 +288,7 @@ double FaultMonitor::forwardSpeed() const { return 0.5 * rolling_radius_ * (left
 
 void FaultMonitor::checkBody(const Observation& observation, double step) {
   // While a wheel is suspect, the wheels do not judge the gyro.
-  const bool trusted =
-      !witness_.clearsGyro() && !left_.suspect() && !right_.suspect() && !report_.drive_left && !report_.drive_right;
+  const bool trusted = !witness_.clearsGyro() && !left_.suspect() && !right_.suspect() && !report_.blocked();
   faults::WheelMotion wheels;
   const faults::Normal left = left_.turns(observation.valid.wheel_left && !isFaulty(report_.wheel_left));
   const faults::Normal right = right_.turns(observation.valid.wheel_right && !isFaulty(report_.wheel_right));
@@ -331,8 +300,8 @@ void FaultMonitor::checkBody(const Observation& observation, double step) {
   wheels.to_stand = was_to_stand_ && !left_.suspecting() && !right_.suspecting();
   wheels.pushed = wheels_turned_;
   body_.check(observation, wheels, step);
-  report_.gyro = {body_.gyro(), causeOf(body_.gyroFault()), 0.0, body_.gyroFaulty()};
-  report_.accelerometer = {body_.accelerometer(), causeOf(body_.accelerometerFault()), 0.0,
+  report_.gyro = {body_.gyro(), faultOf(body_.gyroFault()), 0.0, body_.gyroFaulty()};
+  report_.accelerometer = {body_.accelerometer(), faultOf(body_.accelerometerFault()), 0.0,
                            body_.accelerometerFaulty()};
   report_.suspicion = body_.mostLikely();
   report_.shaken = body_.shaken();
@@ -371,8 +340,8 @@ void FaultMonitor::restart() {
 }
 
 void FaultMonitor::forgetEncoders() {
-  left_.forget(model_, geometry_.wheel_radius);
-  right_.forget(model_, geometry_.wheel_radius);
+  left_.forget();
+  right_.forget();
 }
 
 void FaultMonitor::reset() {

@@ -14,14 +14,15 @@ namespace {
 /// encoder would agree.
 constexpr double kLargestDeviation = 0.3;
 
-/// Time in which the belief learns a gain error [s].
+/// Time that counts as the recent past of a wheel [s]: the belief learns a gain error in it, a motor that has its power
+/// follows its command within it, and chance makes no three spikes in it.
 constexpr double kMemory = 0.5;
+
+/// Largest factor of the variance of an error: ten times the configured standard deviation.
+constexpr double kMostNoise = 100.0;
 
 /// Share of the width of the reachable interval that counts as motion between two samples.
 constexpr double kUnderWay = 0.25;
-
-/// Steps of an encoder that are motion, no noise.
-constexpr double kSteps = 3.0;
 
 /// Motion that a working encoder must show in addition: at least [rad/s], and relative to its speed.
 constexpr double kLeastMotion = 0.02;
@@ -37,9 +38,6 @@ constexpr double kSlowestRamp = 2.0;
 /// Least change of an encoder beyond its noise [rad/s].
 constexpr double kHeldMotion = 0.1;
 
-/// Error that every model has [rad/s].
-constexpr double kAnyMisfit = 0.3;
-
 /// ln of the odds of repetitions from which an encoder is frozen: faults begin once in a day of driving, with one of
 /// 50 samples a second, and a false alarm costs ten times as much as a second.
 constexpr double kSilent = 18.0;
@@ -47,42 +45,33 @@ constexpr double kSilent = 18.0;
 /// Uncertainty of a measurement outside the reachable interval, in multiples of its distance from the interval.
 constexpr double kDoubtful = 5.0;
 
-/// A wheel is behind if the commanded speed exceeds this multiple of its speed, plus an offset [rad/s], for this time
-/// [s]. The offset of a wheel at rest: a motor with 0.8 of its gain and a deadband of 0.5 rad/s starts at 1.25 rad/s.
+/// A wheel is behind if the commanded speed exceeds this multiple of its speed, plus an offset [rad/s], for kMemory.
+/// The offset of a wheel at rest: a motor with 0.8 of its gain and a deadband of 0.5 rad/s starts at 1.25 rad/s.
 constexpr double kBehind = 2.0;
 constexpr double kAnyBehind = 1.5;
 constexpr double kAnyBehindAtRest = 1.25;
-constexpr double kBehindTime = 0.5;
 
 /// Steady-state error of an assumed model: of the gain, relative, and the offset of a motor with stock gains [rad/s].
 constexpr double kAssumedGain = 0.25;
 constexpr double kAssumedOffset = 0.5;
 
-constexpr double kSpikeMemory = 0.5;    // s over which spikes are counted
 constexpr double kLongestSpike = 0.05;  // s; a longer outlier may be a motion
 
-/// Range of an identified drive train. A lag above that of motors approximates a ramp, or ground that holds a heavy
-/// robot. Then only the sum of dead time and lag is known.
-DriveTrainRange identifiedRange(const FaultParameters& p, const PlantModel& model) {
-  constexpr double kLagOfMotors = 0.1;  // s
+/// Range of the drive train. A lag above that of motors approximates a ramp, or ground that holds a heavy robot. Then
+/// only the sum of dead time and lag is known. An assumed one: half to twice the dead time and the lag, and more lag
+/// for a soft velocity loop.
+DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& model) {
+  constexpr double kLagOfMotors = 0.1, kSoftLoop = 0.3;  // s
   const double beyond = std::max(0.0, model.lag - kLagOfMotors);
   const double timing = thresholds::kSure * p.dead_time_deviation + 0.5 * beyond;
-  return {timing, timing, model.lag - 0.5 * beyond, model.lag + beyond, p.slowest_acceleration, p.fastest_acceleration};
-}
-
-/// Range of an assumed drive train: half to twice the dead time and the lag, and more lag for a soft velocity loop.
-DriveTrainRange assumedRange(const FaultParameters& p, const PlantModel& model) {
-  constexpr double kSoftLoop = 0.3;  // s
-  DriveTrainRange range = identifiedRange(p, model);
+  DriveTrainRange range{
+      timing, timing, model.lag - 0.5 * beyond, model.lag + beyond, p.slowest_acceleration, p.fastest_acceleration};
+  if (model.identified) return range;
   range.earlier += 0.5 * model.dead_time;
   range.later += model.dead_time;
   range.shortest_lag = 0.5 * model.lag;
   range.longest_lag = 2.0 * model.lag + kSoftLoop;
   return range;
-}
-
-DriveTrainRange driveTrainRange(const FaultParameters& p, const PlantModel& model) {
-  return model.identified ? identifiedRange(p, model) : assumedRange(p, model);
 }
 
 WheelBeliefParameters beliefParameters(const FaultParameters& p) {
@@ -95,35 +84,36 @@ WheelBeliefParameters beliefParameters(const FaultParameters& p) {
 }  // namespace
 
 WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius)
-    : WheelMonitor(parameters, model, wheel_radius, {model, wheel_radius, driveTrainRange(parameters, model)},
-                   {model, wheel_radius, beliefParameters(parameters), 0.0}) {}
-
-WheelMonitor::WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-                           ReachableSpeeds&& reachable, WheelBelief&& belief)
     : parameters_(parameters),
-      reachable_(std::move(reachable)),
-      belief_(std::move(belief)),
+      reachable_(model, wheel_radius, driveTrainRange(parameters, model)),
+      belief_(model, wheel_radius, beliefParameters(parameters), 0.0),
       identified_(model.identified),
-      change_(kMemory),
-      persistence_(parameters.persistence()),
-      bound_(chebyshevBound(1, parameters.false_alarm_rate)),
+      persistence_(parameters.recovery_time),
+      bound_(1.0 / std::sqrt(parameters.false_alarm_rate)),
       motors_(model.acceleration_limit / wheel_radius) {}
 
-void WheelMonitor::forget(const PlantModel& model, double wheel_radius) {
-  *this = WheelMonitor(parameters_, model, wheel_radius, std::move(reachable_), std::move(belief_));
+void WheelMonitor::forget() {
+  noise_ = faults::kUnknownNoise;
+  repetition_ = {};
+  missed_motion_ = {};
+  hold_ = {};
+  silence_ = quantum_ = change_ = misfit_ = 0.0;
   start(0.0);
 }
 
-void WheelMonitor::start(double speed) {
+void WheelMonitor::start(double speed, bool commands_known) {
   belief_.reset(speed);
-  reachable_.start(speed);
-  begin(speed);
-}
-
-void WheelMonitor::startUnderWay(double speed) {
-  belief_.reset(speed);
-  reachable_.seed(speed, steadyMisfit(speed));
-  begin(speed);
+  if (commands_known) {
+    reachable_.seed(speed, steadyMisfit(speed));
+  } else {
+    reachable_.start(speed);
+  }
+  held_ = {{speed, speed}, {speed, speed}, -HUGE_VAL};
+  intervals_.fill(held_);
+  last_speed_ = measured_ = speed;
+  frozen_ = suspect_ = recovering_ = led_away_ = jumped_ = false;
+  behind_ = spikes_ = outlier_time_ = rise_ = fall_ = 0.0;
+  persistence_.reset();
 }
 
 void WheelMonitor::follow(double speed) {
@@ -144,35 +134,26 @@ Range WheelMonitor::steady() const {
   return {low - steadyMisfit(low), high + steadyMisfit(high)};
 }
 
-void WheelMonitor::begin(double speed) {
-  held_ = {{speed, speed}, {speed, speed}, -HUGE_VAL};
-  intervals_.fill(held_);
-  last_speed_ = measured_ = speed;
-  frozen_ = suspect_ = recovering_ = led_away_ = jumped_ = false;
-  behind_ = spikes_ = outlier_time_ = rise_ = fall_ = 0.0;
-  persistence_.reset();
-}
-
 WheelRates WheelMonitor::predict(double command) {
   const Range rates = reachable_.predict(command);
   belief_.predictActing(reachable_.acting());
   rise_ += rates.high * DriveTrain::kStep;
   fall_ += rates.low * DriveTrain::kStep;
-  change_.add(belief_.acceleration(), DriveTrain::kStep);
+  change_ = keptAfter(DriveTrain::kStep, kMemory) * change_ + belief_.acceleration() * DriveTrain::kStep;
   return {belief_.acceleration(), rates};
 }
 
 double WheelMonitor::speedVariance() const {
-  return std::min(belief_.covariance()(0, 0), kLargestDeviation * kLargestDeviation) + resolutionVariance();
+  return std::min(belief_.covariance()(0, 0), square(kLargestDeviation)) + resolutionVariance();
 }
 
 /// Variance of rounding. It does not average out at a constant speed.
-double WheelMonitor::resolutionVariance() const { return quantum_ * quantum_ / 12.0; }
+double WheelMonitor::resolutionVariance() const { return square(quantum_) / 12.0; }
 
 /// Possible speeds: the belief plus the distance of the slowest and the fastest drive train from the model. Where
 /// stiction may hold the wheel, rest is possible too.
 Range WheelMonitor::possible() const {
-  const double slowest = reachable_.low(), fastest = reachable_.high();
+  const auto [slowest, fastest] = reachable_.speeds();
   const double offset = belief_.speed() - reachable_.nominal();
   Range possible{slowest + offset, fastest + offset};
   if (slowest > kStiction || fastest < -kStiction) return possible;
@@ -185,7 +166,7 @@ Range WheelMonitor::possible() const {
 void WheelMonitor::holdIntervals(double step) {
   clock_ += step;
   newest_ = (newest_ + 1) % intervals_.size();
-  held_ = {possible(), {reachable_.low(), reachable_.high()}, clock_};
+  held_ = {possible(), reachable_.speeds(), clock_};
   intervals_[newest_] = held_;
   if (hold_.longest() == 0.0) return;
   const double earliest = clock_ - hold_.longest() - thresholds::kRounding;
@@ -199,8 +180,8 @@ void WheelMonitor::holdIntervals(double step) {
 
 faults::Normal WheelMonitor::turns(bool measured) const {
   if (!measured) {
-    const auto [low, high] = hold_.longest() > 0.0 ? held_.possible : possible();
-    return {belief_.speed(), speedVariance() + square(high - low)};
+    const Range range = hold_.longest() > 0.0 ? held_.possible : possible();
+    return {belief_.speed(), speedVariance() + square(range.width())};
   }
   // The belief, which has less noise, moved to within the deviation of the measurement. Held values and values outside
   // the reachable interval are uncertain.
@@ -212,8 +193,7 @@ faults::Normal WheelMonitor::turns(bool measured) const {
 }
 
 double WheelMonitor::variance() const {
-  const double scaled = parameters_.gain_deviation * change_.value();
-  return speedVariance() + parameters_.wheel_variance + scaled * scaled;
+  return speedVariance() + parameters_.wheel_variance + square(parameters_.gain_deviation * change_);
 }
 
 /// No wheel jumps: from one sample to the next its drive train, and a load that is as strong as its motors, change its
@@ -223,11 +203,11 @@ bool WheelMonitor::jumps(double measurement, double step) const {
   if (step <= 0.0) return false;
   const double samples = 1.0 + hold_.longest() / step, by_load = step * motors_;
   const double noise =
-      thresholds::kSure * std::sqrt(2.0 * (learned_.factor() * parameters_.wheel_variance + resolutionVariance()));
+      thresholds::kSure * std::sqrt(2.0 * (noise_ * parameters_.wheel_variance + resolutionVariance()));
   const double change = measurement - measured_, commanded = reachable_.commanded();
   const Range possible{samples * (fall_ - by_load) - noise, samples * (rise_ + by_load) + noise};
-  const Range known{std::min(reachable_.low(), commanded), std::max(reachable_.high(), commanded)};
-  const double doubt = known.high - known.low + kAssumedGain * std::abs(belief_.speed());
+  const Range known = hull(reachable_.speeds(), {commanded, commanded});
+  const double doubt = known.width() + kAssumedGain * std::abs(belief_.speed());
   return possible.outside(change) != 0.0 && std::abs(known.outside(measurement)) > doubt;
 }
 
@@ -242,7 +222,7 @@ double WheelMonitor::errorOf(double measurement) const {
 
 void WheelMonitor::compare(double measurement, double step) {
   const double since_renewed = hold_.held() + step;
-  hold_.update(measurement, std::max(kSteps * quantum_, kHeldMotion), step);
+  hold_.update(measurement, std::max(thresholds::kSure * quantum_, kHeldMotion), step);
   holdIntervals(step);
   if (jumps(measurement, step)) {
     jumped_ = true;
@@ -250,11 +230,11 @@ void WheelMonitor::compare(double measurement, double step) {
   }
   rise_ = fall_ = 0.0;
   error_ = errorOf(measurement);
-  distance_ = std::sqrt(learned_.squaredDistance(error_, variance())) / bound_;
+  distance_ = std::abs(error_) / (bound_ * std::sqrt(noise_ * variance()));
   if (distance_ <= 1.0) jumped_ = false;
   frozen_ = isFrozen(measurement, step);
   behind_ = isBehind(measurement) ? behind_ + step : 0.0;
-  const bool behind_for_long = behind_ > kBehindTime + 2.0 * hold_.longest();
+  const bool behind_for_long = behind_ > kMemory + 2.0 * hold_.longest();
   led_away_ = behind_for_long && distance_ <= 1.0;
   suspect_ = distance_ > 1.0 || frozen_ || behind_for_long;
   countSpikes(step);
@@ -268,7 +248,7 @@ void WheelMonitor::compare(double measurement, double step) {
 
 /// An outlier that is over after a sample or two is none of the wheel, which cannot turn so fast.
 void WheelMonitor::countSpikes(double step) {
-  spikes_ *= keptAfter(step, kSpikeMemory);
+  spikes_ *= keptAfter(step, kMemory);
   const double lasted = std::exchange(outlier_time_, suspect_ ? outlier_time_ + step : 0.0);
   if (!suspect_ && lasted > 0.0 && lasted < kLongestSpike) spikes_ += 1.0;
 }
@@ -304,19 +284,17 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
   // That a wheel at rest repeats its value says nothing.
   const bool may_rest = std::abs(measurement) < thresholds::kMoving;
   // While the speed changes, alternating changes are motion and not noise.
-  const double explained =
-      std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (reachable_.high() - reachable_.low()));
+  const auto [low, high] = reachable_.speeds();
+  const double explained = std::max(std::abs(belief_.speed() - last_speed_), kUnderWay * (high - low));
   const bool repeats = repetition_.repeats(measurement);
   const auto kind = faults::Repetition::moving;  // noise at rest is that of a wheel that turns
   silence_ = repeats && !may_rest ? silence_ - repetition_.logChance(measurement, kind) : 0.0;
   repetition_.update(measurement, explained, kind, faults::probabilityOf(kSilent - silence_), may_rest);
   const bool silent = silence_ > kSilent && repetition_.run() >= parameters_.frozen_samples;
   quantum_ = std::min(repetition_.resolution(), kCoarsestStep);
-  const double low = reachable_.low(), high = reachable_.high(), least = repeats ? leastMissed(measurement) : 0.0;
+  const double least = repeats ? leastMissed(measurement) : 0.0;
   // A wheel that sticks at a small command misses no motion until it has to turn.
-  const bool may_stand =
-      std::abs(measurement) < thresholds::kRest && std::max(std::abs(low), std::abs(high)) < kStiction;
-  if (may_stand) missed_motion_.restart(low, high);
+  if (std::abs(measurement) < thresholds::kRest && reachable_.largest() < kStiction) missed_motion_.restart(low, high);
   const bool missed = missed_motion_.update(measurement, repeats, low, high, least, step, hold_.longest());
   return parameters_.frozen_samples > 0 && (silent || missed);
 }
@@ -325,21 +303,13 @@ bool WheelMonitor::isFrozen(double measurement, double step) {
 double WheelMonitor::leastMissed(double measurement) const {
   // Before the resolution is known, assume the coarsest.
   const double quantum = quantum_ > 0.0 ? quantum_ : kCoarsestStep;
-  return std::max({kSteps * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
+  return std::max({thresholds::kSure * quantum, kLeastMotion, kDrift * std::abs(measurement)}) +
          thresholds::kSure * std::sqrt(misfit_);
-}
-
-bool WheelMonitor::commandedToRest() const {
-  return std::max(std::abs(reachable_.low()), std::abs(reachable_.high())) < thresholds::kMoving;
 }
 
 void WheelMonitor::freezeWithTheOther() {
   const int samples = parameters_.frozen_samples;
   if (samples > 0 && silence_ > 0.0 && repetition_.run() >= samples) frozen_ = suspect_ = true;
-}
-
-bool WheelMonitor::fasterThanCommanded() const {
-  return std::abs(measured_) > std::max(std::abs(reachable_.low()), std::abs(reachable_.high()));
 }
 
 bool WheelMonitor::slowed() const {
@@ -354,17 +324,20 @@ void WheelMonitor::forgive() {
   jumped_ = false;
 }
 
-void WheelMonitor::conclude(double measurement, const SampleStep& step) {
+void WheelMonitor::conclude(double measurement, double step) {
   // A held value is one measurement, however often it is published.
-  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > thresholds::kMoving, step.time);
+  if (!(suspect_ && waits_)) persistence_.update(suspect_, std::abs(belief_.speed()) > thresholds::kMoving, step);
   if (frozen_) persistence_.declareFaulty();
   last_speed_ = belief_.speed();
   if (state() != ChannelState::ok) return;
   const double variance = this->variance();
-  learnMisfit(measurement, variance, step.time);
-  const double width = held_.possible.high - held_.possible.low;
-  const double deviation = std::sqrt(learned_.factor() * variance);
-  if (width < thresholds::kSure * deviation) learned_.learn(measurement - belief_.speed(), variance, step.share);
+  learnMisfit(measurement, variance, step);
+  const double width = held_.possible.width();
+  const double deviation = std::sqrt(noise_ * variance);
+  if (width < thresholds::kSure * deviation) {
+    average(noise_, square(measurement - belief_.speed()) / variance, step, thresholds::kNoiseMemory);
+    noise_ = std::clamp(noise_, 1.0, kMostNoise);
+  }
   // A wide interval of possible speeds makes the measurement less informative about the drive train, and so does one
   // that no drive train in the range reaches: it would be taken for a disturbance.
   belief_.correct(measurement, square(width) + square(kDoubtful * beyondUsual(measurement, steady())));
@@ -373,7 +346,7 @@ void WheelMonitor::conclude(double measurement, const SampleStep& step) {
 
 /// Distance of a measurement from speeds, beyond the usual misfit.
 double WheelMonitor::beyondUsual(double measurement, const Range& speeds) const {
-  const double usual = std::max(0.0, thresholds::kSure * std::sqrt(misfit_) - kAnyMisfit);
+  const double usual = std::max(0.0, thresholds::kSure * std::sqrt(misfit_) - kSpeedRange);
   return Range{speeds.low - usual, speeds.high + usual}.outside(measurement);
 }
 
@@ -383,7 +356,7 @@ void WheelMonitor::learnMisfit(double measurement, double variance, double step)
   const auto [low, high] = held_.reachable;
   const double noise = thresholds::kSure * std::sqrt(variance);
   const double misfit = Range{low - noise, high + noise}.outside(measurement);
-  average(misfit_, misfit * misfit, step, thresholds::kSensorMemory);
+  average(misfit_, square(misfit), step, thresholds::kSensorMemory);
 }
 
 }  // namespace jackal_aic

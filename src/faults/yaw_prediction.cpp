@@ -51,7 +51,7 @@ void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double ste
     ground_ += healthy * share * (std::min(square(e_.mean), kLargestRatio * ground_) - ground_);
     ground_ = std::max(ground_, square(kGroundDeviation));
   }
-  noise_.update(yaw_rate - mean(x.mean, v), -std::expm1(-step / parameters_.covariance_time_constant), healthy);
+  noise_.update(yaw_rate - mean(x.mean, v), -std::expm1(-step / thresholds::kNoiseMemory), healthy);
 }
 
 }  // namespace jackal_aic::faults

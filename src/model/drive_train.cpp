@@ -37,14 +37,6 @@ DriveTrainResponse driveTrainResponse(const PlantModel& model, double time) {
   return response;
 }
 
-namespace {
-
-std::size_t stepsOf(double dead_time) {
-  return static_cast<std::size_t>(std::lround(std::max(0.0, dead_time) / CommandsUnderWay::kStep));
-}
-
-}  // namespace
-
 CommandsUnderWay::CommandsUnderWay(double dead_time, double longest)
     : delay_(stepsOf(std::min(dead_time, longest))), commands_(stepsOf(longest) + 1) {}
 

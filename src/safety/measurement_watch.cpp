@@ -113,7 +113,7 @@ StopCauses MeasurementWatch::causes(const SensorHealth& health, double now, bool
 
   const bool source_decides = wheelsRepeat() && wheels_repeating_ <= thresholds::kPatience + thresholds::kRounding;
   const bool too_little = !lost && !source_decides && (stop || unclear);
-  const bool blocked = monitor_ && (monitor_->report().drive_left || monitor_->report().drive_right);
+  const bool blocked = monitor_ && monitor_->report().blocked();
   StopCauses causes = lost && !stop ? StopCauses{} : lossCauses(health);
   causes.add(StopCause::sensor_fault, !at_rest && (too_little || blocked))
       .add(StopCause::moved, monitor_ && monitor_->report().moved);
@@ -146,8 +146,8 @@ bool MeasurementWatch::tooFewCount() const {
 }
 
 bool MeasurementWatch::wheelsRepeat() const {
-  return monitor_ && monitor_->report().wheel_left.cause == FaultCause::frozen &&
-         monitor_->report().wheel_right.cause == FaultCause::frozen;
+  return monitor_ && monitor_->report().wheel_left.fault == Fault::left_encoder_frozen &&
+         monitor_->report().wheel_right.fault == Fault::right_encoder_frozen;
 }
 
 ChannelValidity MeasurementWatch::remaining(const SensorHealth& health) const {

@@ -77,16 +77,16 @@ TEST(FaultIsolation, AGyroThatIsNoWitnessLeavesTheDrive) {
   const auto nothing = [](Observation&) {};
   const auto stops = [](Observation& y) { y.wheel_left = 0.0; };
   EXPECT_EQ(with(nothing, stops, model()).fault(), Fault::left_encoder_wrong) << "the gyro sees no turn";
-  EXPECT_TRUE(with([](Observation& y) { y.valid.yaw_rate = false; }, stops, model()).drive_left);
+  EXPECT_TRUE(with([](Observation& y) { y.valid.yaw_rate = false; }, stops, model()).blocked());
   EXPECT_TRUE(
       with([](Observation& y) { y.yaw_rate += 1.0; }, [](Observation& y) { y.wheel_left = y.yaw_rate = 0.0; }, model())
-          .drive_left)
+          .blocked())
       << "it was found faulty";
-  EXPECT_TRUE(with([](Observation& y) { y.acceleration_x += 20.0; }, stops, model()).drive_left)
+  EXPECT_TRUE(with([](Observation& y) { y.acceleration_x += 20.0; }, stops, model()).blocked())
       << "the accelerometer of the same IMU was";
-  EXPECT_TRUE(with([](Observation& y) { y.valid.wheel_right = false; }, stops, model()).drive_left)
+  EXPECT_TRUE(with([](Observation& y) { y.valid.wheel_right = false; }, stops, model()).blocked())
       << "the other wheel is not measured";
-  EXPECT_TRUE(with(nothing, stops, boxModel()).drive_left);
+  EXPECT_TRUE(with(nothing, stops, boxModel()).blocked());
 }
 
 TEST(FaultIsolation, AWitnessThatIsLostOrComesBack) {
@@ -112,8 +112,8 @@ TEST(FaultIsolation, ADriveAndAnEncoderCountAgainAfterASecond) {
     ASSERT_TRUE(robot.drive(kStraight, 15, Off{-5.0, part}).faulty());
     EXPECT_TRUE(robot.drive(kStraight, 40).faulty());
     EXPECT_FALSE(robot.drive(kStraight, 15).faulty());
-    EXPECT_FALSE(robot.monitor.report().drive_left);
-    EXPECT_EQ(robot.monitor.report().wheel_left.cause, FaultCause::none);
+    EXPECT_FALSE(robot.monitor.report().blocked());
+    EXPECT_EQ(robot.monitor.report().wheel_left.fault, Fault::none);
   }
 }
 
@@ -161,9 +161,11 @@ TEST(FaultIsolation, EncodersThatFreezeTogetherAreFoundTogether) {
     for (int k = 0; k < 20; ++k) {
       const FaultReport& report =
           robot.drive({5.0, 5.1}, 1, [](Observation& y) { y.wheel_left = 5.01, y.wheel_right = 5.12; });
-      ASSERT_EQ(report.wheel_left.cause, report.wheel_right.cause) << k;
+      ASSERT_EQ(report.wheel_left.fault == Fault::left_encoder_frozen,
+                report.wheel_right.fault == Fault::right_encoder_frozen)
+          << k;
     }
-    EXPECT_EQ(robot.monitor.report().wheel_left.cause, FaultCause::frozen);
+    EXPECT_EQ(robot.monitor.report().wheel_left.fault, Fault::left_encoder_frozen);
   }
 }
 
@@ -390,7 +392,7 @@ TEST(FaultIsolation, NoiseIsForgottenWithTheEncodersOnly) {
     if (forgets != Forgets::everything) robot.monitor.restart();
     if (forgets == Forgets::encoders) robot.monitor.forgetEncoders();
     robot.drive(kStraight, kSecond, [left](Observation& y) { wheelOf(y, left) = 5.01; });
-    return wheelOf(robot, left).cause == FaultCause::frozen;
+    return wheelOf(robot, left).fault == (left ? kLeftWheels : kRightWheels).frozen;
   };
   for (const bool left : {true, false}) {
     EXPECT_TRUE(findsFrozen(Forgets::nothing, left));

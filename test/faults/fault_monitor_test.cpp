@@ -9,7 +9,6 @@
 #include <random>
 #include <string>
 
-#include "../complaint.hpp"
 #include "jackal_aic/predictive/wheel_controller.hpp"
 #include "watched_robot.hpp"
 
@@ -20,12 +19,6 @@ namespace jackal_aic {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-TEST(FaultParametersCheck, MoreFaultSamplesThanTheWindowHoldsAreRefused) {
-  const auto parameters = changed(FaultParameters{}, [](FaultParameters& p) { p.fault_samples = 9; });
-  EXPECT_EQ(complaint([&] { FaultMonitor(parameters, {}, model()); }),
-            "faults.fault_samples = 9: must be at most faults.fault_window = 8");
-}
 
 // ---- names
 

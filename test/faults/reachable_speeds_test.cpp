@@ -2,12 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <random>
-#include <vector>
 
-#include "jackal_aic/faults/recent_values.hpp"
 #include "jackal_aic/model/wheel_belief.hpp"
 
 namespace jackal_aic {
@@ -37,25 +34,6 @@ PlantModel drawn(std::mt19937& random) {
   return m;
 }
 
-TEST(RecentValues, HaveTheRangeOfTheAgesAskedFor) {
-  std::mt19937 random(3);
-  for (const std::size_t oldest : {0u, 1u, 7u, 250u}) {
-    RecentValues recent(oldest);
-    recent.fill(0.5);
-    std::vector<double> values(oldest + 1, 0.5);  // the newest last
-    for (int k = 0; k < 1000; ++k) {
-      values.push_back(static_cast<double>(random() % 100));
-      recent.add(values.back());
-      const std::size_t from = random() % (oldest + 1), to = from + random() % (oldest + 1 - from);
-      const auto at = [&](std::size_t age) { return values.end() - 1 - static_cast<std::ptrdiff_t>(age); };
-      const Range range = recent.range(from, to);
-      ASSERT_EQ(range.low, *std::min_element(at(to), at(from) + 1)) << k;
-      ASSERT_EQ(range.high, *std::max_element(at(to), at(from) + 1)) << k;
-      ASSERT_EQ(recent.at(from), *at(from)) << k;
-    }
-  }
-}
-
 TEST(ReachableSpeeds, HoldEveryDriveTrainOfTheirRange) {
   std::mt19937 random(1);
   for (int robot = 0; robot < 50; ++robot) {
@@ -71,8 +49,8 @@ TEST(ReachableSpeeds, HoldEveryDriveTrainOfTheirRange) {
       }
       wheel.predict(command);
       const Range rates = reachable.predict(command);
-      ASSERT_GE(wheel.speed(), reachable.low() - 1e-9) << "robot " << robot << ", step " << k;
-      ASSERT_LE(wheel.speed(), reachable.high() + 1e-9) << "robot " << robot << ", step " << k;
+      ASSERT_GE(wheel.speed(), reachable.speeds().low - 1e-9) << "robot " << robot << ", step " << k;
+      ASSERT_LE(wheel.speed(), reachable.speeds().high + 1e-9) << "robot " << robot << ", step " << k;
       ASSERT_GE(wheel.acceleration(), rates.low - 1e-6) << "robot " << robot << ", step " << k;
       ASSERT_LE(wheel.acceleration(), rates.high + 1e-6) << "robot " << robot << ", step " << k;
     }
@@ -87,11 +65,11 @@ TEST(ReachableSpeeds, HoldAWheelThatTurnsByTheOffsetSlowerOrStands) {
   const Range rates = reachable.predict(-10.0);
   EXPECT_NEAR(rates.low, 0.0, 1e-3);
   EXPECT_NEAR(rates.high, 0.0, 1e-3);
-  EXPECT_NEAR(reachable.low(), -9.5, 1e-6);
-  EXPECT_NEAR(reachable.high(), -9.5, 1e-6);
+  EXPECT_NEAR(reachable.speeds().low, -9.5, 1e-6);
+  EXPECT_NEAR(reachable.speeds().high, -9.5, 1e-6);
   reachable.start(0.0);
   for (int k = 0; k < 3000; ++k) reachable.predict(0.4);
-  EXPECT_EQ(reachable.high(), 0.0);
+  EXPECT_EQ(reachable.speeds().high, 0.0);
 }
 
 TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
@@ -101,9 +79,9 @@ TEST(ReachableSpeeds, AreTheModelsWithoutUncertainty) {
     const double command = k < 1000 ? 6.0 : -4.0;
     wheel.predict(command);
     reachable.predict(command);
-    EXPECT_NEAR(reachable.low(), wheel.speed(), 1e-6);
+    EXPECT_NEAR(reachable.speeds().low, wheel.speed(), 1e-6);
     EXPECT_NEAR(reachable.nominal(), wheel.speed(), 1e-6);
-    EXPECT_NEAR(reachable.high(), wheel.speed(), 1e-6);
+    EXPECT_NEAR(reachable.speeds().high, wheel.speed(), 1e-6);
   }
 }
 
@@ -111,16 +89,16 @@ TEST(ReachableSpeeds, OfAWheelThatMayHaveSettledHoldWhereItsCommandsLead) {
   ReachableSpeeds reachable(model(), kRadius, kRange);
   for (int k = 0; k < 1000; ++k) reachable.predict(10.0);
   reachable.seed(9.5, 1.0);
-  EXPECT_EQ(reachable.low(), 9.5);
+  EXPECT_EQ(reachable.speeds().low, 9.5);
   EXPECT_EQ(reachable.nominal(), 9.5);
-  EXPECT_EQ(reachable.high(), 10.0);
+  EXPECT_EQ(reachable.speeds().high, 10.0);
   reachable.seed(10.5, 1.0);
-  EXPECT_EQ(reachable.low(), 10.0);
-  EXPECT_EQ(reachable.high(), 10.5);
+  EXPECT_EQ(reachable.speeds().low, 10.0);
+  EXPECT_EQ(reachable.speeds().high, 10.5);
   for (const double under_way : {8.5, 11.5, 0.0, -10.0}) {
     reachable.seed(under_way, 1.0);
-    EXPECT_EQ(reachable.low(), under_way);
-    EXPECT_EQ(reachable.high(), under_way);
+    EXPECT_EQ(reachable.speeds().low, under_way);
+    EXPECT_EQ(reachable.speeds().high, under_way);
   }
 }
 

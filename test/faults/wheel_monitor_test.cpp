@@ -12,8 +12,6 @@
 namespace jackal_aic {
 namespace {
 
-const SampleStep kStep(kPeriod, FaultParameters{}.covariance_time_constant);
-
 /// A monitor that is shown what a test says. Without noise its distances are those of the formulas of the headers.
 class Wheel {
  public:
@@ -54,7 +52,7 @@ class Wheel {
   void show(double measurement, int times = 1) {
     for (; times > 0; --times) {
       monitor.compare(measurement, kPeriod);
-      monitor.conclude(measurement, kStep);
+      monitor.conclude(measurement, kPeriod);
     }
   }
 
@@ -195,10 +193,10 @@ TEST(WheelMonitor, TheBandIsThatOfARangeOfDriveTrains) {
       for (int k = 1; k <= 50; ++k) {
         wheel.pass(command, kPeriod);
         for (int i = 0; i < 20; ++i) reachable.predict(command);
-        double low = reachable.low(), high = reachable.high();
+        double low = reachable.speeds().low, high = reachable.speeds().high;
         if (low <= 0.8 && high >= -0.8) low = std::min(low, 0.0), high = std::max(high, 0.0);  // stiction
-        low = std::min(low, reachable.low() - row.gain * std::abs(reachable.low()) - row.offset);
-        high = std::max(high, reachable.high() + row.gain * std::abs(reachable.high()) + row.offset);
+        low = std::min(low, reachable.speeds().low - row.gain * std::abs(reachable.speeds().low) - row.offset);
+        high = std::max(high, reachable.speeds().high + row.gain * std::abs(reachable.speeds().high) + row.offset);
         SCOPED_TRACE(testing::Message() << row.name << ": " << command << ", " << k);
         wheel.expectBand(low, high, 1e-4);
         if (HasFailure()) return;
@@ -213,7 +211,7 @@ TEST(WheelMonitor, StartsAtItsSpeedAndWithNoFault) {
     wheel.follow(8.0, 100);
     wheel.show(0.0, 10);
     ASSERT_EQ(wheel.monitor.state(), ChannelState::faulty);
-    if (speed == 0.0) wheel.monitor.forget(model(), kRadius);
+    if (speed == 0.0) wheel.monitor.forget();
     if (speed != 0.0) wheel.monitor.start(speed);
     EXPECT_EQ(wheel.monitor.state(), ChannelState::ok);
     EXPECT_FALSE(wheel.monitor.suspect() || wheel.monitor.frozen() || wheel.monitor.recovering());
@@ -238,7 +236,7 @@ TEST(WheelMonitor, StartsUnderWayWithTheCommandsBefore) {
   wheel.show(7.0, 10);
   ASSERT_EQ(wheel.monitor.state(), ChannelState::faulty);
   wheel.pass(9.0, 0.3);
-  wheel.monitor.startUnderWay(3.0);
+  wheel.monitor.start(3.0, true);
   EXPECT_NEAR(wheel.monitor.speed(), 3.0, 1e-12);
   wheel.pass(9.0, 0.1);
   const double expected = 3.0 + 0.1 * 1.65 / kRadius;  // at the acceleration limit

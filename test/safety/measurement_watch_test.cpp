@@ -190,7 +190,8 @@ TEST(MeasurementWatch, BothEncodersThatRepeatAreToleratedForThreeTenths) {
     watch.advance(WheelCommand{5.0, 5.0}, 0.02);
     cause = watch.causes(kSound, y.stamp, false).worst();
     const FaultReport& report = *watch.report();
-    repeating += report.wheel_left.cause == FaultCause::frozen && report.wheel_right.cause == FaultCause::frozen;
+    repeating += report.wheel_left.fault == Fault::left_encoder_frozen &&
+                 report.wheel_right.fault == Fault::right_encoder_frozen;
     tolerated += repeating > 0 && cause == StopCause::none;
   }
   EXPECT_EQ(cause, StopCause::sensor_fault);

@@ -19,6 +19,7 @@
 #include <string>
 
 #include "jackal_aic/faults/acceleration_axis.hpp"
+#include "jackal_aic/faults/channel_monitor.hpp"
 #include "jackal_aic/faults/fault_parameters.hpp"
 #include "jackal_aic/faults/offset.hpp"
 #include "jackal_aic/faults/repetition.hpp"
@@ -112,38 +113,43 @@ class BodyMonitor {
     double probability() const { return probabilityOf(-odds); }  // that it is faulty
     void weigh(double healthy, double faulty, double step, double recovery_time);
   };
-  /// ln of the densities of the gyro's sample.
+  /// ln of the density of a sample if a hypothesis stays true, and if it begins with this sample.
+  struct Evidence {
+    double stays = 0.0, begins = 0.0;
+  };
+  using Densities = std::array<Evidence, kHypotheses>;
+  /// Of the gyro's sample.
   struct GyroEvidence {
-    double healthy = 0.0, slides = 0.0, slides_begins = 0.0, struck = 0.0, struck_begins = 0.0, ground = 0.0,
-           ground_begins = 0.0, pulled = 0.0, pulled_begins = 0.0, moved = 0.0, moved_begins = 0.0, frozen = 0.0,
-           offset = 0.0, offset_begins = 0.0, reversed = 0.0, reversed_begins = 0.0, reversed_stays = 0.0;
+    Densities of{};
+    double reversed = 0.0;  // stays reversed, if each sample is evidence of its own
   };
-  /// ln of the densities of the accelerometer's sample.
-  struct AccelerationEvidence {
-    double healthy = 0.0, jolted = 0.0, frozen = 0.0, offset = 0.0, offset_begins = 0.0, upside_down = 0.0;
+  /// Of the accelerometer's sample.
+  struct AccelerationEvidence : AxisEvidence {
+    double upside_down = 0.0;
   };
-  using Densities = std::array<double, kHypotheses>;
+  using Probabilities = std::array<double, kHypotheses>;
 
   static ChannelState stateOf(const Excluded& sensor, double faulty) {
     return sensor ? ChannelState::faulty : faulty > 0.5 ? ChannelState::outlier : ChannelState::ok;
   }
   struct GyroSample;
   GyroEvidence weighGyro(double yaw_rate, const WheelMotion& wheels, double step);
-  void weighMotion(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g);
+  void weighMotion(const GyroSample& y, const WheelMotion& wheels, double step, Densities& g);
   double turnAgainst(const GyroSample& y) const;
-  void weighOffset(const GyroSample& y, GyroEvidence& g);
+  void weighOffset(const GyroSample& y, Evidence& g);
   void weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g);
   void weighRepetition(const GyroSample& y, bool moving, GyroEvidence& g);
   AccelerationEvidence weighAcceleration(const Observation& y, const WheelMotion& wheels, double step);
   GyroEvidence judgeGyro(double yaw_rate, const WheelMotion& wheels, double step);
   AccelerationEvidence judgeAcceleration(const Observation& y, const WheelMotion& wheels, double step);
-  void compare(const GyroEvidence& g, const AccelerationEvidence& a, bool to_stand, double step);
+  void compare(Densities p, const AccelerationEvidence& a, bool to_stand, double step);
   void learnGyro(double yaw_rate, const WheelMotion& wheels, double step);
   void learnAcceleration(bool vertical, double step);
   void weighSign(const GyroEvidence& g, double step);
   void judgeExcludedGyro(double yaw_rate, const GyroEvidence& g, double step);
   void judgeExcludedAccelerometer(const AccelerationEvidence& a, double step);
-  void filter(const Densities& stays, const Densities& begins, bool to_stand, double step);
+  void filter(const Densities& p, bool to_stand, double step);
+  double noFault() const;
   void decide(double step);
   void exclude(Hypothesis verdict);
   void forget();
@@ -157,7 +163,7 @@ class BodyMonitor {
   double jolts_;          // usual share of samples in which the accelerometer is jolted
   double sign_;           // ln of the odds that the gyro reads a turn with the right sign
   double against_ = 0.0;  // ln of the odds that a gyro with an offset reads it with the wrong one instead
-  Densities alpha_{}, fresh_{};
+  Probabilities alpha_{}, fresh_{};
   Excluded gyro_, accelerometer_;
   Hypothesis said_ = kHealthy;
   double suspicious_ = 0.0, good_ = 0.0;  // time for which a fault is likely, or is not any more [s]

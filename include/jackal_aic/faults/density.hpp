@@ -27,6 +27,12 @@ inline constexpr double kTail = 4.0;
 /// value has left its prediction.
 inline constexpr double kLargestRatio = square(thresholds::kSure);
 
+/// Variance of a sensor's noise before it is known, in multiples of the least one.
+inline constexpr double kUnknownNoise = 25.0;
+
+/// Keeps a quotient or a logarithm finite.
+inline constexpr double kTiny = 1e-12;
+
 /// ln of the density of what a hypothesis excludes: e^-60.
 inline constexpr double kImpossible = -60.0;
 

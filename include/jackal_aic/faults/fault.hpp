@@ -36,6 +36,15 @@ inline constexpr int kFaults = static_cast<int>(Fault::turn_off_model) + 1;
 /// True for a fault of a sensor or a motor, not for `none` and remarks.
 inline bool isFault(Fault fault) { return fault != Fault::none && fault < Fault::moved; }
 
+/// Faults of the wheels of one side.
+struct WheelFaults {
+  Fault blocked, frozen, wrong;
+};
+inline constexpr WheelFaults kLeftWheels{Fault::left_wheels_blocked, Fault::left_encoder_frozen,
+                                         Fault::left_encoder_wrong};
+inline constexpr WheelFaults kRightWheels{Fault::right_wheels_blocked, Fault::right_encoder_frozen,
+                                          Fault::right_encoder_wrong};
+
 /// What a person reads; empty for `none`. In a remark with a share "…" stands for its number.
 const char* text(Fault fault);
 

@@ -26,6 +26,7 @@
 /// - a frozen encoder of a wheel that keeps its speed, where the noise is below the encoder's resolution; found when
 /// the speed should change.
 
+#include <array>
 #include <optional>
 
 #include "jackal_aic/faults/body_monitor.hpp"
@@ -41,31 +42,20 @@
 
 namespace jackal_aic {
 
-/// Why a channel does not count.
-enum class FaultCause {
-  none,        ///< it counts
-  prediction,  ///< its errors against the prediction are too large
-  frozen,      ///< it repeats its value exactly
-  sign,        ///< it reads the turn with the wrong sign
-  gravity      ///< the accelerometer says that the IMU hangs upside down
-};
-
 /// Health of one channel.
 struct ChannelHealth {
   ChannelState state = ChannelState::ok;  ///< whether it counts
-  FaultCause cause = FaultCause::none;    ///< why it does not
+  Fault fault = Fault::none;              ///< of the sensor; of wheels that are blocked, whose encoder counts
   double distance = 0.0;                  ///< of a wheel's last prediction error, in multiples of Chebyshev's bound
   double probability = 0.0;               ///< that a gyro or an accelerometer is faulty
 };
 
 /// What the monitor thinks of the robot after a sample.
 struct FaultReport {
-  ChannelHealth wheel_left;     ///< encoder of the left wheels
-  ChannelHealth wheel_right;    ///< encoder of the right wheels
+  ChannelHealth wheel_left;     ///< encoder and motors of the left wheels
+  ChannelHealth wheel_right;    ///< encoder and motors of the right wheels
   ChannelHealth gyro;           ///< yaw rate
   ChannelHealth accelerometer;  ///< all axes
-  bool drive_left = false;      ///< the left wheels do not follow their command (blocked, or without power)
-  bool drive_right = false;     ///< the right wheels do not follow their command
   bool stuck = false;           ///< the wheels turn, and the body stands all the same; no fault
   bool shaken = false;  ///< a jolt of the ground has just shaken the robot: how it turns now is no slip; no fault
   bool moved = false;   ///< wheels that are to stand turn, or the body moves on sliding tyres; no fault
@@ -80,7 +70,10 @@ struct FaultReport {
   ChannelValidity valid() const;
 
   /// True if a channel or a drive is faulty (an outlier is no fault).
-  bool faulty() const;
+  bool faulty() const { return isFault(fault()); }
+
+  /// True if the wheels of a side do not follow their command (blocked, or without power).
+  bool blocked() const;
 
   /// True if the gyro or an encoder is faulty, so that the slip learned last is in doubt.
   bool turnSensorFaulty() const;
@@ -96,7 +89,6 @@ struct FaultReport {
 /// is applied, check() for every sample. Nothing here allocates or throws after construction.
 class FaultMonitor {
  public:
-  /// @throws ParameterError as validate().
   FaultMonitor(const FaultParameters& parameters, const GeometryParameters& geometry, const PlantModel& model);
 
   /// Advances the time under a command. @param applied the applied command, zero while stopped; empty if unknown: then
@@ -129,14 +121,25 @@ class FaultMonitor {
     double time = 0.0;  // since the first suspect sample [s]
   };
 
+  /// The wheels of a side at a sample.
+  struct Side {
+    WheelMonitor& wheel;
+    ChannelHealth& verdict;
+    double& followed;  // of followed_command_
+    const WheelFaults& faults;
+    double measured;  // [rad/s]
+    bool valid;
+  };
+
+  std::array<Side, 2> sides(const Observation& observation);
   void predict(const WheelCommand& command);
   void start(const Observation& observation);
-  void checkWheels(const Observation& observation, const SampleStep& step);
+  void checkWheels(const Observation& observation, double step);
   void weighEvidence(const Observation& observation, double step);
-  void conclude(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive, double step) const;
+  void conclude(const Side& side, double step) const;
   bool concludeMoved();
   void hearWitnesses(const Observation& observation, double step);
-  void blameEncoder(WheelMonitor& wheel, ChannelHealth& verdict, bool& drive);
+  static void blameEncoder(const Side& side);
   void compareWithModel(const Observation& observation, double step);
   bool wheelsTurn() const;
   void checkBody(const Observation& observation, double step);

@@ -14,7 +14,7 @@ namespace jackal_aic::faults {
 class Jitter {
  public:
   /// @param least variance that the sensor has at least.
-  explicit Jitter(double least) : least_(least), variance_(kUnknown * least) {}
+  explicit Jitter(double least) : least_(least), variance_(kUnknownNoise * least) {}
 
   /// Takes a prediction error. @param share of this sample in the mean; @param weight probability that it is healthy.
   void update(double error, double share, double weight) {
@@ -29,7 +29,6 @@ class Jitter {
   double variance() const { return std::max(variance_, least_); }  ///< of the noise
 
  private:
-  static constexpr double kUnknown = 25.0;  // of the least variance, before anything is known
   double least_, variance_, last_ = 0.0, before_ = 0.0;
   int samples_ = 0;
 };

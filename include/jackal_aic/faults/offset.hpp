@@ -59,7 +59,6 @@ class Offset {
   }
 
   static constexpr double kSpent = 0.01;  // least share of b beyond `least`
-  static constexpr double kTiny = 1e-12;
   double prior_, least_;
   Normal b_;
 };

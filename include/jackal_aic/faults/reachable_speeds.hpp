@@ -8,11 +8,13 @@
 /// The right side falls with w and rises with r (a monotone system), so the extreme solutions bound all others. The
 /// upper one uses the fastest rise, the slowest fall and the highest r within the range of dead times.
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
-#include "jackal_aic/faults/recent_values.hpp"
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/robot_range.hpp"
 
 namespace jackal_aic {
 
@@ -29,9 +31,6 @@ struct DriveTrainRange {
 /// Interval of one wheel, from its commands alone. Allocates in the constructor only.
 class ReachableSpeeds {
  public:
-  /// Longest dead time, uncertainty included [s]; a longer one counts as this.
-  static constexpr double kLongestDeadTime = 4.0;
-
   /// @param wheel_radius r [m].
   ReachableSpeeds(const PlantModel& model, double wheel_radius, const DriveTrainRange& range);
 
@@ -52,17 +51,21 @@ class ReachableSpeeds {
   /// Speed that the newest command asks for, at steady state [rad/s].
   double commanded() const { return gain_ * commands_.at(0); }
 
-  double low() const { return low_; }    ///< lowest speed [rad/s]
-  double high() const { return high_; }  ///< highest speed [rad/s]
+  Range speeds() const { return {low_, high_}; }  ///< the interval [rad/s]
+
+  /// Largest speed, forwards or backwards [rad/s].
+  double largest() const { return std::max(std::abs(low_), std::abs(high_)); }
 
   /// Speed of the model itself, between the two [rad/s].
   double nominal() const { return nominal_; }
 
  private:
+  Range reference() const;
+
   double gain_;
   DeadZone dead_zone_;
-  std::size_t model_delay_, shortest_delay_, longest_delay_;  // [steps]
-  RecentValues commands_;                                     // effective ones
+  std::size_t model_delay_, shortest_delay_;  // [steps]
+  CommandsUnderWay commands_;                 // effective ones, as old as the longest dead time
   Pace slow_, nominal_pace_, fast_;
   double low_ = 0.0, nominal_ = 0.0, high_ = 0.0;
 };

@@ -41,8 +41,7 @@ class Repetition {
     // and steps q that makes a difference of e^(-2 pi^2 (s/q)^2), the first harmonic of the rounding error. Changes to
     // and fro have a mean square of 2 s^2, or of q^2 if s is small.
     constexpr double kHarmonic = 19.74;  // 2 pi^2
-    const double known =
-        holds ? kMemory : std::clamp(std::exp(std::min(kHarmonic * steps(), kLongest)), 1.0, 1.0 + kPerChange * all_);
+    const double known = holds ? kMemory : std::clamp(std::exp(kHarmonic * steps()), 1.0, 1.0 + kPerChange * all_);
     const double chance = (known * other + run_) / (known + run_);
     return std::log(repeats(value) ? chance : 1.0 - chance);
   }
@@ -104,11 +103,9 @@ class Repetition {
   static constexpr double kHoldsKnown = 10.0;  // samples for which that is known beforehand
   static constexpr double kAlike = 20.0;       // samples for which longer runs are known by the first repetition
   static constexpr double kMemory = 3000.0;    // samples, a minute at 50 Hz
-  static constexpr double kLongest = 10.0;     // ln of kMemory, roughly
   static constexpr double kFlips = 100.0;      // changes to and fro over which their size is averaged
   static constexpr double kFewFlips = 5.0;     // of which nothing is known yet
   static constexpr double kPerChange = 3.0;
-  static constexpr double kTiny = 1e-20;
 
   struct Count {
     double repeats = 0.0, changes = 0.0, running = 0.0, standing = 0.0;

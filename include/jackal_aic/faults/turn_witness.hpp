@@ -32,15 +32,13 @@ struct CommandedWheel {
 /// Evidence for a wrong encoder. Does not allocate.
 class TurnWitness {
  public:
-  static constexpr double kMemory = 0.1;        ///< of the evidence [s]
+  static constexpr double kMemory = 0.1;        ///< of the evidence; gyro and encoders may differ by it in time [s]
   static constexpr double kSureSamples = 10.0;  ///< of the encoders, until an encoder is convicted
   static constexpr double kLeastError = 0.04;   ///< root mean square of a contradiction [rad/s]
-  static constexpr double kMostError = 0.08;    ///< that one sample counts, so that a spike is no contradiction [rad/s]
   static constexpr double kExplained = 0.25;    ///< part of the evidence that a right hypothesis leaves at most
   static constexpr double kAlike = 0.15;        ///< by which unlike motors may differ, relative
   static constexpr double kAlikeSpeed = 0.1;    ///< and in addition [rad/s]
   static constexpr double kMoving = 0.3;        ///< of a wheel that shows how far the motors are on their way [rad/s]
-  static constexpr double kLate = 0.1;          ///< by which gyro and encoders may differ in time [s]
 
   /// @param rolling_radius r alpha [m]; @param track b_hat [m]; @param range f.
   TurnWitness(double rolling_radius, double track, double range)
@@ -74,7 +72,7 @@ class TurnWitness {
   double radius_, slope_, range_;
   std::array<double, kHypotheses> evidence_{};  // mean squares [(rad/s)^2]
   double asked_ = 0.0;                          // turn by the commands [rad/s]
-  double late_ = 0.0;                           // by which it changed within kLate and a hold [rad/s]
+  double late_ = 0.0;                           // by which it changed within kMemory and a hold [rad/s]
   WheelVector measured_ = WheelVector::Zero();  // speeds of the wheels [rad/s]
   double sliding_ = 0.0;                        // time for which the body may slide on [s]
   double left_ = 0.0, right_ = 0.0;             // samples for which the evidence is against an encoder

@@ -37,14 +37,12 @@ class WheelMonitor {
   /// @param wheel_radius r [m].
   WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius);
 
-  /// Forgets everything but the parameters, without allocating. @param model, wheel_radius as when it was made.
-  void forget(const PlantModel& model, double wheel_radius);
+  /// Forgets everything but the parameters, without allocating.
+  void forget();
 
-  /// Starts at a measured speed [rad/s] with no fault.
-  void start(double speed);
-
-  /// As start(), but keeps the commands that are still within the dead time.
-  void startUnderWay(double speed);
+  /// Starts at a measured speed [rad/s] with no fault. @param commands_known keeps the commands within the dead time;
+  /// otherwise they have been those of this speed.
+  void start(double speed, bool commands_known = false);
 
   /// Sets the prediction to a measured speed [rad/s] while the command is unknown. Keeps the noise estimate and the
   /// suspicion.
@@ -59,7 +57,7 @@ class WheelMonitor {
 
   /// Updates the verdict. A good sample corrects the prediction, an outlier does not. @param step since the last
   /// sample.
-  void conclude(double measurement, const SampleStep& step);
+  void conclude(double measurement, double step);
 
   /// Accepts the last measured speed and clears the suspicion: the wheel was moved from outside.
   void forgive();
@@ -73,8 +71,10 @@ class WheelMonitor {
 
   /// The last sample is between half and all of the predicted speed: the wheel is slowed down but not blocked.
   bool slowed() const;
-  bool fasterThanCommanded() const;  ///< the last sample is beyond every speed that the commands may have given it
-  bool commandedToRest() const;      ///< no command of late makes it turn: what turns it comes from outside
+  /// The last sample is beyond every speed that the commands may have given it.
+  bool fasterThanCommanded() const { return std::abs(measured_) > reachable_.largest(); }
+  /// No command of late makes it turn: what turns it comes from outside.
+  bool commandedToRest() const { return reachable_.largest() < thresholds::kMoving; }
   bool suspect() const { return suspect_; }  ///< the last sample is an outlier
   bool frozen() const { return frozen_; }    ///< because it repeats exactly
   /// The last sample is an outlier that approaches the prediction, or leads it towards the commanded speed.
@@ -108,9 +108,6 @@ class WheelMonitor {
     Range reachable;
     double time;  // of the sample, by clock_ [s]
   };
-  WheelMonitor(const FaultParameters& parameters, const PlantModel& model, double wheel_radius,
-               ReachableSpeeds&& reachable, WheelBelief&& belief);
-  void begin(double speed);
   double speedVariance() const;
   double resolutionVariance() const;
   double variance() const;
@@ -134,8 +131,8 @@ class WheelMonitor {
   ReachableSpeeds reachable_;  // keeps the commands under way
   WheelBelief belief_;         // of the command that acts
   bool identified_;
-  RecentChange change_;
-  LearnedVariance learned_;
+  double change_ = 0.0;                   // recent change of the belief, over kMemory [rad/s]
+  double noise_ = faults::kUnknownNoise;  // learned factor of the variance of an error
   Persistence persistence_;
   faults::Repetition repetition_;
   double silence_ = 0.0;  // ln of the odds of the repetitions so far that the encoder is frozen
@@ -147,6 +144,9 @@ class WheelMonitor {
   Intervals held_{};     // of the last sample, for as long as it may have been held
   double clock_ = 0.0;   // time that the samples have taken [s]
   double misfit_ = 0.0;  // mean square of what the drive train's model is usually off by [(rad/s)^2]
+  // Largest Mahalanobis distance of a good sample, d = 1/sqrt(alpha). Chebyshev's inequality P(e^2/S >= 1/alpha) <=
+  // alpha holds for any distribution of zero mean and variance S. Slip and timing give the errors heavy tails, so a
+  // quantile of the normal distribution would be too small.
   double bound_;
   double last_speed_ = 0.0;  // believed when the last sample came [rad/s]
   double measured_ = 0.0;    // last [rad/s]

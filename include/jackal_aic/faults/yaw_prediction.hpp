@@ -66,7 +66,6 @@ class YawPrediction {
   static constexpr double kUnlikeTyres = 0.01;      // of c, in multiples of s
   static constexpr double kSlopeRange = 2.0;        // factor about the given s
   static constexpr double kGroundDeviation = 0.01;  // of e, at least [rad/s]
-  static constexpr double kTiny = 1e-12;
   static constexpr double kGrip = 0.1;  // change of v that makes s uncertain by slip_deviation at once [m/s]
 
   static Eigen::Vector3d row(double x, double v) { return {x, 1.0, v}; }

@@ -104,8 +104,17 @@ class CommandsUnderWay {
   /// Sets another dead time [s]: keeps the latest commands, and fills the rest with the oldest known one.
   void setDeadTime(double dead_time);
 
+  /// Number of steps in a time [s]; 0 in a negative one.
+  static std::size_t stepsOf(double time) { return static_cast<std::size_t>(std::lround(std::max(0.0, time) / kStep)); }
+
   /// Dead time in steps.
   std::size_t delay() const { return delay_; }
+
+  /// The command of an age [steps], at most the dead time.
+  double at(std::size_t age) const {
+    const std::size_t place = head_ + delay_ - age;
+    return commands_[place > delay_ ? place - delay_ - 1 : place];
+  }
 
   /// The command that acts now.
   double acting() const { return commands_[head_]; }

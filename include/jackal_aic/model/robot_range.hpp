@@ -28,6 +28,8 @@ struct Range {
   double low;   ///< least
   double high;  ///< largest
 
+  double width() const { return high - low; }  ///< largest - least
+
   /// The value of the interval that is nearest.
   double nearest(double value) const { return std::clamp(value, low, high); }
 

@@ -41,7 +41,6 @@ struct MeasurementWatchParameters {
 /// readings. Time decreases only by restart(). After construction nothing allocates or throws.
 class MeasurementWatch {
  public:
-  /// @throws ParameterError as validate(FaultParameters).
   explicit MeasurementWatch(const MeasurementWatchParameters& parameters);
 
   /// Advances by a time under the real command of the motors [rad/s]; empty if unknown. @param duration [s].

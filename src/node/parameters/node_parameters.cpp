@@ -57,9 +57,7 @@ decltype(DriveParameters::controller) readGains(ParameterMap& map, const SensorN
 FaultParameters readFaults(ParameterMap& map, const SensorNoise& sensors) {
   FaultParameters defaults;
   static_cast<SensorNoise&>(defaults) = sensors;
-  const auto faults = readParameters(map, "faults", defaults);
-  validate(faults);
-  return faults;
+  return readParameters(map, "faults", defaults);
 }
 
 /// The file of the learned model.
