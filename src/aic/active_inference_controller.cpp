@@ -1,7 +1,5 @@
 #include "jackal_aic/aic/active_inference_controller.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "jackal_aic/model/drive_train.hpp"
