@@ -134,12 +134,10 @@ std::string advice(const Certificate& certificate, const LinearLoop& loop, const
       "{} may rise by a factor of {} or the dead time by {} s before the loop oscillates",
       loop.predictive() ? "the robot's gain" : "kappa_a", atLeast(certificate.gain_margin, kLargestGainMargin),
       atLeast(certificate.delay_margin, largestDelayMargin(loop)));
-  const char* outside = loop.bounded() ? " Action bound and standstill are outside the certificate." : "";
-  if (certificate.keeps(bounds)) return "Stable with room: " + room + "." + outside;
+  if (certificate.keeps(bounds)) return "Stable with room: " + room + ".";
   return fmt::format(
-      "Stable, but with a thin margin (below {:.3g} or {:.3g} s): {}; lower {}.{}", bounds.gain, bounds.delay, room,
-      loop.predictive() ? "predictive.disturbance_process_noise" : fmt::format("kappa_a = {:.3g}", loop.actionGain()),
-      outside);
+      "Stable, but with a thin margin (below {:.3g} or {:.3g} s): {}; lower {}.", bounds.gain, bounds.delay, room,
+      loop.predictive() ? "predictive.disturbance_process_noise" : fmt::format("kappa_a = {:.3g}", loop.actionGain()));
 }
 
 void requireStable(const LinearLoop& loop) {

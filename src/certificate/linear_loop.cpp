@@ -174,10 +174,7 @@ MatrixXd LinearLoop::mapOf(const Equations& equations, const LoopChange& change,
 
 LinearLoop::LinearLoop(const ControllerParameters& controller, const GeometryParameters& geometry,
                        const PlantModel& robot)
-    : robot_(robot),
-      action_gain_(controller.kappa_a),
-      bounded_(!controller.printed),
-      modes_{LoopMode::straight, LoopMode::turn} {
+    : robot_(robot), action_gain_(controller.kappa_a), modes_{LoopMode::straight, LoopMode::turn} {
   validate(controller, geometry, Divergence::allowed);
   clock_ =
       clockOf(controller.action_rate, controller.beliefStepsPerAction(), robot.sensor_rate, "controller.action_rate");

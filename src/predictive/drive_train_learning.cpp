@@ -268,36 +268,28 @@ void DriveTrainLearning::compare() {
 /// and a lag too long would let the robot overshoot. True if the timing changed.
 bool DriveTrainLearning::takeOver(bool ended) {
   if (!explained()) return false;
-  const auto at = [&](int lag, int late) {
-    return minima_[static_cast<std::size_t>(lag)][static_cast<std::size_t>(late)].free_energy;
-  };
   // The present lag lies between two of the grid.
   const double index = std::clamp(indexOf(timing_.lag), 0.0, kLags - 1.001);
   const int known = static_cast<int>(index);
-  const auto atKnown = [&](int late) {
-    return at(known, late) + (index - known) * (at(known + 1, late) - at(known, late));
+  const auto at = [&](int lag, int late) {
+    const auto of = [&](int i) {
+      return minima_[static_cast<std::size_t>(i)][static_cast<std::size_t>(late)].free_energy;
+    };
+    return ended ? of(lag) : of(known) + (index - known) * (of(known + 1) - of(known));
   };
   int lag = 1, late = 1;
   for (int j = 1; j + 1 < DriveTrainFit::kGrid; ++j) {
-    if (!ended && atKnown(j) < atKnown(late)) late = j;
-    for (int i = 1; ended && i + 1 < kLags; ++i) {
+    for (int i = 1; i + 1 < kLags; ++i) {
       if (at(i, j) < at(lag, late)) lag = i, late = j;
     }
   }
   // F by the indices of dead time and lag, about the least one.
-  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d H = Eigen::Matrix2d::Identity();
-  if (ended) {
-    const auto about = [&](int later, int slower) { return at(lag + slower, late + later) - at(lag, late); };
-    gradient << 0.5 * (about(1, 0) - about(-1, 0)), 0.5 * (about(0, 1) - about(0, -1));
-    H(0, 0) = about(1, 0) + about(-1, 0);
-    H(1, 1) = about(0, 1) + about(0, -1);
-    H(0, 1) = H(1, 0) = 0.25 * (about(1, 1) - about(1, -1) - about(-1, 1) + about(-1, -1));
-  } else {
-    gradient(0) = 0.5 * (atKnown(late + 1) - atKnown(late - 1));
-    H(0, 0) = atKnown(late + 1) + atKnown(late - 1) - 2.0 * atKnown(late);
-    lag = known + (index - known > 0.5 ? 1 : 0);
-  }
+  const auto about = [&](int later, int slower) { return at(lag + slower, late + later) - at(lag, late); };
+  const Eigen::Vector2d gradient(0.5 * (about(1, 0) - about(-1, 0)), 0.5 * (about(0, 1) - about(0, -1)));
+  const double across = 0.25 * (about(1, 1) - about(1, -1) - about(-1, 1) + about(-1, -1));
+  Eigen::Matrix2d H;
+  H << about(1, 0) + about(-1, 0), across, across, ended ? about(0, 1) + about(0, -1) : 1.0;
+  if (!ended) lag = known + (index - known > 0.5 ? 1 : 0);
   if (H(0, 0) <= 0.0 || H.determinant() <= 0.0) return false;
   const Eigen::Vector2d vertex = (-H.inverse() * gradient).cwiseMax(-1.0).cwiseMin(1.0);
   DriveTrainTiming found = timing_;

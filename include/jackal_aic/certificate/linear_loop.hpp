@@ -133,10 +133,6 @@ class LinearLoop {
   /// Gain of the action: kappa_a, or the predictive structure's action_learning_rate.
   double actionGain() const { return action_gain_; }
 
-  /// True if an action bound and a standstill act in addition to the linear loop: in the thesis' structure, unless it
-  /// runs as printed.
-  bool bounded() const { return bounded_; }
-
   const PlantModel& robot() const { return robot_; }                     ///< robot in the loop
   const PlantModel& model() const { return model_ ? *model_ : robot_; }  ///< model of a predictive controller
 
@@ -175,7 +171,6 @@ class LinearLoop {
   LoopClock clock_;
   Gains gains_;  // at phase 0
   double action_gain_;
-  bool bounded_ = false;
   double belief_radius_ = 0.0;
   std::vector<LoopMode> modes_;
   std::vector<Equations> equations_;  // of each mode
