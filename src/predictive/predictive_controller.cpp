@@ -24,32 +24,16 @@ Turn turnOf(const GeometryParameters& geometry) {
   return Turn({geometry.effective_track, geometry.slip_factor}, geometry.wheel_radius, geometry.track_range);
 }
 
-PredictiveParameters validated(const PredictiveParameters& parameters) {
-  validate(parameters);
-  return parameters;
-}
-
-void requireNotNegative(const char* name, double value, const char* unit) {
-  if (value >= 0.0 && std::isfinite(value)) return;
-  throw ParameterError(fmt::format("drive_train.{} = {:g} {}: must be 0 or more", name, value, unit));
-}
-
 void requirePositive(const char* name, double value) {
   if (value > 0.0 && std::isfinite(value)) return;
   throw ParameterError(fmt::format("slip.{} = {:g}: must be positive", name, value));
-}
-
-void requireSameRate(const char* key, double wanted, double running) {
-  if (wanted == running) return;
-  throw ParameterError(
-      fmt::format("predictive.{} = {:g} Hz: must stay {:g} Hz while the controller runs", key, wanted, running));
 }
 
 }  // namespace
 
 PredictiveController::PredictiveController(const PredictiveParameters& parameters, const GeometryParameters& geometry,
                                            const PlantModel& model)
-    : parameters_(validated(parameters)),
+    : parameters_(validate(parameters)),
       geometry_(geometry),
       configured_model_(model),
       model_(model),
@@ -119,10 +103,9 @@ void PredictiveController::correct(const Observation& y) {
   watchTurn();
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
   learnTurn(y);
-  const double of_wheels = correctWheels(y);
+  free_energy_ = correctWheels(y);
   const double of_yaw_rate = correctYawRate(y);
-  free_energy_ = of_wheels + of_yaw_rate;
-  if (const int measured = observedWheels(y)) uncertainty_.learnWheels(of_wheels / measured, observation_step_);
+  free_energy_ += of_yaw_rate;
   if (y.valid.yaw_rate) {
     uncertainty_.learnGyro(of_yaw_rate, observation_step_);
     uncertainty_.learnTurn(y.yaw_rate, turn_.usualYawRate(wheels()), observation_step_);
@@ -153,8 +136,7 @@ void PredictiveController::learnTurn(const Observation& y) {
 void PredictiveController::learnDriveTrain(const Observation& y) {
   if (!learnsDriveTrain()) return;
   if (!y.valid.wheel_left || !y.valid.wheel_right) return withdrawGain();
-  const auto timing = drive_train_.correct({y.wheel_left, y.wheel_right}, observation_step_);
-  if (timing) setTiming(*timing);
+  if (drive_train_.correct({y.wheel_left, y.wheel_right}, observation_step_)) setTiming(drive_train_.timing());
 }
 
 void PredictiveController::withdrawGain() {
@@ -182,30 +164,20 @@ void PredictiveController::watchTurn() {
 
 double PredictiveController::correctWheels(const Observation& y) {
   // An invalid channel leaves its belief to the model, or to the yaw rate and the other wheel.
-  errors_(kWheelLeft) = y.valid.wheel_left ? y.wheel_left - left().speed() : 0.0;
-  errors_(kWheelRight) = y.valid.wheel_right ? y.wheel_right - right().speed() : 0.0;
-  const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
-  const bool one_stands_in = yaw_tells && y.valid.wheel_left != y.valid.wheel_right;
-  const double mean = 0.5 * (left().speed() + right().speed());
-  const double difference = one_stands_in ? turn_.wheelDifference(y.yaw_rate, mean) : 0.0;
+  const bool one_stands_in = y.valid.yaw_rate && !model_.on_box && y.valid.wheel_left != y.valid.wheel_right;
+  const double difference = one_stands_in ? turn_.wheelDifference(y.yaw_rate, wheels().mean()) : 0.0;
   double free_energy = 0.0;
-  if (y.valid.wheel_left) {
-    free_energy += left_.correct(y.wheel_left);
-  } else if (one_stands_in) {
-    free_energy += left_.correct(y.wheel_right - difference, standInVariance());
-  }
-  if (y.valid.wheel_right) {
-    free_energy += right_.correct(y.wheel_right);
-  } else if (one_stands_in) {
-    free_energy += right_.correct(y.wheel_left + difference, standInVariance());
-  }
+  int known = 0;
+  const auto correct = [&](WheelController& wheel, bool valid, double measured, double stand_in, double& error) {
+    error = valid ? measured - wheel.belief().speed() : 0.0;
+    if (!valid && !one_stands_in) return;
+    free_energy += valid ? wheel.correct(measured) : wheel.correct(stand_in, standInVariance());
+    ++known;
+  };
+  correct(left_, y.valid.wheel_left, y.wheel_left, y.wheel_right - difference, errors_(kWheelLeft));
+  correct(right_, y.valid.wheel_right, y.wheel_right, y.wheel_left + difference, errors_(kWheelRight));
+  if (known > 0) uncertainty_.learnWheels(free_energy / known, observation_step_);
   return free_energy;
-}
-
-/// Wheels with a known speed: measured, or one reconstructed from the other and the yaw rate.
-int PredictiveController::observedWheels(const Observation& y) const {
-  const int measured = (y.valid.wheel_left ? 1 : 0) + (y.valid.wheel_right ? 1 : 0);
-  return measured == 1 && y.valid.yaw_rate && !model_.on_box ? 2 : measured;
 }
 
 double PredictiveController::standInVariance() const {
@@ -235,19 +207,16 @@ void PredictiveController::correctForwardSpeed(const Observation& y) {
 
 WheelCommand PredictiveController::updateAction() {
   if (!started_) return action();
-  const WheelVector input = inputs();
-  const WheelVector before(left_.effectiveAction(), right_.effectiveAction());
+  const auto effective = [this] { return WheelVector(left_.effectiveAction(), right_.effectiveAction()); };
+  const WheelVector input = inputs(), before = effective();
   left_.act(input(0));
   right_.act(input(1));
-  const WheelVector sides =
-      sides_.bound(before, {left_.effectiveAction(), right_.effectiveAction()}, input / configured_model_.gain);
+  const WheelVector sides = sides_.bound(before, effective(), input / configured_model_.gain);
   left_.limit(sides(0));
   right_.limit(sides(1));
   const bool has_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
   // Within the dead zone an effective command of zero is a large command without effect.
-  const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
-  const double most = standstill_.largestCommand(has_to_stand, effective, left().speed(), right().speed(),
-                                                 1.0 / parameters_.action_rate);
+  const double most = standstill_.largestCommand(has_to_stand, sides, wheels(), 1.0 / parameters_.action_rate);
   if (std::isfinite(most)) {
     left_.rest(most);
     right_.rest(most);
@@ -276,7 +245,7 @@ void PredictiveController::overrule(const WheelCommand& applied) {
   left_.overrule(applied.left);
   right_.overrule(applied.right);
   // Another source drives, so the robot does not count as standing at the hand-over.
-  standstill_.largestCommand(false, applied, left().speed(), right().speed(), 1.0 / parameters_.action_rate);
+  standstill_.largestCommand(false, applied.vector(), wheels(), 1.0 / parameters_.action_rate);
   drive_train_.resetMotion();
 }
 
@@ -287,8 +256,8 @@ void PredictiveController::setTurnLimits(double acceleration, double deceleratio
 
 void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   validate(parameters);
-  requireSameRate("belief_rate", parameters.belief_rate, parameters_.belief_rate);
-  requireSameRate("action_rate", parameters.action_rate, parameters_.action_rate);
+  requireUnchanged("predictive.belief_rate", parameters.belief_rate, parameters_.belief_rate);
+  requireUnchanged("predictive.action_rate", parameters.action_rate, parameters_.action_rate);
   parameters_ = parameters;
   left_.setParameters(parameters);
   right_.setParameters(parameters);
@@ -338,15 +307,10 @@ void PredictiveController::resetMotion() {
 void PredictiveController::setLearned(const LearnedModel& learned) {
   requirePositive("effective_track", learned.slip.effective_track);
   requirePositive("slip_factor", learned.slip.slip_factor);
-  if (learned.timing) {
-    requireNotNegative("dead_time", learned.timing->dead_time, "s");
-    requireNotNegative("lag", learned.timing->lag, "s");
-    requireNotNegative("acceleration_limit", learned.timing->acceleration_limit, "m/s^2");
-  }
+  if (learned.timing) requireInRange(*learned.timing, "drive_train");
   turn_.setState(learned.slip);
   if (!learned.timing) return;
-  drive_train_.setTiming({std::min(learned.timing->dead_time, kLongestTiming.dead_time),
-                          std::min(learned.timing->lag, kLongestTiming.lag),
+  drive_train_.setTiming({learned.timing->dead_time, learned.timing->lag,
                           std::min(learned.timing->acceleration_limit, kLongestTiming.acceleration_limit)});
   setTiming(drive_train_.timing());
 }
