@@ -95,7 +95,7 @@ std::string describe(const ParameterValue& value) {
   return std::visit(text, value);
 }
 
-void requireUnchanged(const std::string& key, double wanted, double running) {
+void requireUnchanged(const char* key, double wanted, double running) {
   if (wanted == running) return;
   throw ParameterError(fmt::format("{} = {:g}: must stay {:g} while the controller runs", key, wanted, running));
 }

@@ -75,7 +75,7 @@ class ParameterMap {
 };
 
 /// @throws ParameterError if a value that has to stay is not the one in force. @param key its full name.
-void requireUnchanged(const std::string& key, double wanted, double running);
+void requireUnchanged(const char* key, double wanted, double running);
 
 /// Text of a value as in YAML; a long one is cut.
 std::string describe(const ParameterValue& value);
