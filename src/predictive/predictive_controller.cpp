@@ -29,6 +29,11 @@ void requirePositive(const char* name, double value) {
   throw ParameterError(fmt::format("slip.{} = {:g}: must be positive", name, value));
 }
 
+void requireNotNegative(const char* name, double value, const char* unit) {
+  if (value >= 0.0 && std::isfinite(value)) return;
+  throw ParameterError(fmt::format("drive_train.{} = {:g} {}: must be 0 or more", name, value, unit));
+}
+
 }  // namespace
 
 PredictiveController::PredictiveController(const PredictiveParameters& parameters, const GeometryParameters& geometry,
@@ -307,10 +312,15 @@ void PredictiveController::resetMotion() {
 void PredictiveController::setLearned(const LearnedModel& learned) {
   requirePositive("effective_track", learned.slip.effective_track);
   requirePositive("slip_factor", learned.slip.slip_factor);
-  if (learned.timing) requireInRange(*learned.timing, "drive_train");
+  if (learned.timing) {
+    requireNotNegative("dead_time", learned.timing->dead_time, "s");
+    requireNotNegative("lag", learned.timing->lag, "s");
+    requireNotNegative("acceleration_limit", learned.timing->acceleration_limit, "m/s^2");
+  }
   turn_.setState(learned.slip);
   if (!learned.timing) return;
-  drive_train_.setTiming({learned.timing->dead_time, learned.timing->lag,
+  drive_train_.setTiming({std::min(learned.timing->dead_time, kLongestTiming.dead_time),
+                          std::min(learned.timing->lag, kLongestTiming.lag),
                           std::min(learned.timing->acceleration_limit, kLongestTiming.acceleration_limit)});
   setTiming(drive_train_.timing());
 }
