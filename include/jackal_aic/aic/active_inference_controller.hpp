@@ -76,14 +76,15 @@ class ActiveInferenceController : public VelocityController {
   int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
 
  private:
-  WheelVector wheelSpeeds() const { return measurement().col(0).segment<2>(kWheelLeft); }
+  double largestCommand(bool set_point_is_zero);
 
   ControllerParameters parameters_;
+  std::optional<PlantModel> plant_model_;
   SkidSteerKinematics kinematics_;
   ActiveInference<GenerativeModel> inference_;
   Generalization<kSensorSize> sensors_;
-  std::optional<ActionBound> bound_;  // with a plant model
-  Standstill standstill_;             // the same
+  ActionBound bound_;
+  std::optional<Standstill> standstill_;  // with a plant model
 };
 
 }  // namespace jackal_aic

@@ -103,8 +103,9 @@ class PredictiveController : public VelocityController {
   /// Belief about the turn of the body with the wheels.
   const Turn& turn() const { return turn_; }
 
-  /// Sets what was learned before: the turn within the range of the track, and known dead time and lag. @throws
-  /// ParameterError if a value is not finite, track or slip factor is not positive, or the timing is out of its range.
+  /// Sets what was learned before: the turn within the range of the track, and known dead time and lag up to
+  /// kLongestTiming. @throws ParameterError if a value is not finite, a dead time or lag is negative, or another value
+  /// is not positive.
   void setLearned(const LearnedModel& learned);
 
   /// Stops (true) or resumes learning of effective track and drive train.
@@ -140,6 +141,7 @@ class PredictiveController : public VelocityController {
   double correctWheels(const Observation& observation);
   double correctYawRate(const Observation& observation);
   void correctForwardSpeed(const Observation& observation);
+  int observedWheels(const Observation& y) const;
   double standInVariance() const;
   void watchTurn();
   void learnDriveTrain(const Observation& observation);
@@ -163,11 +165,11 @@ class PredictiveController : public VelocityController {
   Standstill standstill_;
   double turn_acceleration_ = 0.0;  // that a command may have [rad/s^2]; 0: no bound
   Observation observation_;
-  bool observed_ = false;             // an observation waits for the next belief update
-  bool started_ = false;              // a first observation came
-  bool frozen_ = false;               // learning was stopped
-  bool shaken_ = false;               // a jolt of the ground shakes the robot
-  double observation_step_ = 0.0;     // between the last two observations [s]
+  bool observed_ = false;          // an observation waits for the next belief update
+  bool started_ = false;           // a first observation came
+  bool frozen_ = false;            // learning was stopped
+  bool shaken_ = false;            // a jolt of the ground shakes the robot
+  double observation_step_ = 0.0;  // between the last two observations [s]
   double innovation_variance_ = 0.0;  // of the difference of the wheel speeds, lately [(rad/s)^2]
   double free_energy_ = 0.0;
   double turning_ = 0.0;  // recent difference of the wheel speeds [rad/s]
