@@ -28,6 +28,7 @@ constexpr double kSamplesPerValue = 8.0;                      // n_0
 constexpr double kJitter = 0.002;                             // s; deviation of the time of a measurement
 constexpr double kModelError = 0.02;                          // of any model, relative to the motion
 constexpr double kUnexplained = 0.1;                          // the same, above which a motion has another cause
+constexpr double kNoise = 2.0;                                // deviations of the encoders, which nothing explains
 constexpr double kLeastGainChange = 0.03;                     // least relevant one of gamma
 constexpr double kSureOdds = 0.5 * thresholds::kSure * thresholds::kSure;  // difference of F that chance does not reach
 
@@ -199,8 +200,7 @@ double DriveTrainLearning::weight() const { return 1.0 / (kSamplesPerValue * var
 
 /// A drive train of the grid explains the present motion.
 bool DriveTrainLearning::explained() const {
-  return variance_ * samples_ <=
-         std::max(square(thresholds::kSure) * wheel_variance_ * samples_, square(kUnexplained) * motion_);
+  return variance_ * samples_ <= std::max(square(kNoise) * wheel_variance_ * samples_, square(kUnexplained) * motion_);
 }
 
 /// Least F along theta = (gamma, o), within its range.
