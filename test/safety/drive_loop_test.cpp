@@ -409,8 +409,11 @@ TEST(DriveLoop, WithdrawsAGainThatCommandsOfAnotherNodeTaught) {
   for (const auto noticed : {&RobotStatus::contended, &RobotStatus::no_subscriber}) {
     Robot robot(predictive());
     const auto& controller = dynamic_cast<const PredictiveController&>(robot.loop.controller());
-    robot.reached = 0.75;
-    robot.drive(4.0);
+    robot.reached = 0.8;
+    for (const double forward : {0.5, 0.0, 0.5, 0.0, 0.5, 0.0, 0.5, 0.0}) {
+      robot.set_point.forward = forward;
+      robot.drive(2.0);
+    }
     EXPECT_LT(controller.learned().timing->gain_share, 0.9);
     robot.robot.*noticed = true;
     robot.drive(0.1);
