@@ -139,6 +139,7 @@ void PredictiveController::learnTurn(const Observation& y) {
   // Coarse encoders and late wheels are no turn, and noise of the regressor would draw the ratio towards zero.
   const WheelVector measured(y.wheel_left, y.wheel_right), errors = measured - wheels();
   const double of_wheels = left().speedVariance() + right().speedVariance() + innovation_variance_;
+  // After its use: a weight that depends on the error of the same sample is biased.
   average(innovation_variance_, square(errors(1) - errors(0)), observation_step_, thresholds::kNoiseMemory);
   const double least = std::max(parameters_.slip_excitation, kCertainTurn * std::sqrt(of_wheels));
   // A body that is late is late for the deviation of its delay: that many samples have the same error.

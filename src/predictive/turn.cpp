@@ -133,11 +133,12 @@ void Turn::correct(double error, const State& phi, double variance) {
   const State P_phi = P * phi;
   const double S = phi.dot(P_phi) + variance;
   State gain = P_phi / S;
-  // A straight line shows the veer, and a turn the others.
-  if (phi(4) == 0.0)
+  // A straight line shows the veer, and a turn the others: the gain of a Schmidt-Kalman filter.
+  if (phi(4) == 0.0) {
     gain = gain(2) * State::Unit(2);
-  else
+  } else {
     gain(2) = 0.0;
+  }
   belief_.mean += gain * error;
   P += S * gain * gain.transpose() - gain * P_phi.transpose() - P_phi * gain.transpose();
   P.triangularView<Eigen::StrictlyUpper>() = P.transpose();  // rounding

@@ -93,6 +93,24 @@ TEST(Turn, StraightLineShowsTheVeerAlone) {
   EXPECT_GT(covariance(turn)(2, 2), 2.0 * known) << "five minutes of turning forget it";
 }
 
+TEST(Turn, ArcTeachesNoVeer) {
+  // Arcs to one side, whose turn differs from the configured one: veer would explain a part of it.
+  Turn turn(kConfigured, kRadius);
+  for (int k = 0; k < 50 * 10; ++k) take(turn, 1.2 * kRatio * 0.5, Motion{0.5, 0.5});
+  EXPECT_NEAR(turn.yawPerDifference(Motion{0.5, 0.5}.wheels()), 1.2 * kRadius * kRatio, 0.02 * kRadius * kRatio);
+  EXPECT_EQ(turn.yawRate(Motion{0.0, 0.5}.wheels()), 0.0);
+}
+
+TEST(Turn, YawRateThatNoGroundMakesTeachesNothing) {
+  for (const double yaw_rate : {0.3, -0.3}) {
+    Turn turn(kConfigured, kRadius);
+    for (int k = 0; k < 15; ++k) take(turn, yaw_rate, Motion{0.0, 0.5});  // 0.3 s, until a wrong gyro is found
+    EXPECT_EQ(turn.yawRate(Motion{0.0, 0.5}.wheels()), 0.0) << yaw_rate;
+    take(turn, 0.01, Motion{0.0, 0.5});
+    EXPECT_GT(turn.yawRate(Motion{0.0, 0.5}.wheels()), 0.0) << "a possible veer is learned";
+  }
+}
+
 TEST(Turn, NothingDriftsWithoutExcitation) {
   Turn turn(kConfigured, kRadius);
   std::mt19937 random(11);

@@ -15,17 +15,18 @@
 ///     dh/dt = -h/T_h + noise, so that h has the deviation sigma_h
 ///
 /// A turn updates both by their uncertainty P: a new robot learns q from its first turn, and a robot that has turned
-/// for minutes takes a change for the ground. What was measured is forgotten over a time T of such motion, down to the
-/// prior: dP/dt = (P - P P_0^-1 P) / T. A body that skids chatters: its yaw rate has white noise of spectral density
-/// s (c x)^2, which differs by a factor of a hundred between a smooth floor and rough ground. So s is learned: the mean
-/// of the squared error that neither the sensors nor P explain, over N times T_h. The ground makes it veer by as much
-/// as unlike tyres do, for a time T_h.
+/// for minutes takes a change for the ground. In an arc, veer and ratio look alike. So only a straight line moves q_3,
+/// and its uncertainty counts in the innovations of turns (a Schmidt-Kalman filter). What was measured is forgotten
+/// over a time T of such motion, down to the prior: dP/dt = (P - P P_0^-1 P) / T. A body that skids chatters: its yaw
+/// rate has white noise of spectral density s (c x)^2, which differs by a factor of a hundred between a smooth floor
+/// and rough ground. So s is learned: the mean of the squared error that neither the sensors nor P explain, over N
+/// times T_h. The ground makes it veer by as much as unlike tyres do, for a time T_h.
 ///
 /// Learning is earned, bounded and taken back. A difference of the wheel speeds that is not significant is a straight
-/// line, which shows the veer alone. The ratio stays within `range` of the configured one, the other coefficients
-/// within three deviations of their prior. In an arc a lateral acceleration v theta_dot of a body that turns faster
-/// than the gyro reads tells slippery ground from a wrong gyro. The last seconds of turning are withdrawn when a sensor
-/// proves faulty.
+/// line. An error beyond three deviations of what robots and grounds do is a sensor's, and teaches nothing. The ratio
+/// stays within `range` of the configured one, the other coefficients within three deviations of their prior. In an arc
+/// a lateral acceleration v theta_dot of a body that turns faster than the gyro reads tells slippery ground from a
+/// wrong gyro. The last seconds of turning are withdrawn when a sensor proves faulty.
 
 #include <Eigen/Core>
 #include <optional>
