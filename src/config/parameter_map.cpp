@@ -44,7 +44,7 @@ std::vector<std::string> nearest(const std::string& key, std::vector<std::string
   };
   std::stable_sort(known.begin(), known.end(),
                    [&](const std::string& a, const std::string& b) { return alike(a) > alike(b); });
-  if (known.size() > 3) known.resize(3);
+  known.resize(std::min(known.size(), std::size_t{3}));
   return known;
 }
 

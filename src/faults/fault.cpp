@@ -6,13 +6,14 @@
 #include <cstddef>
 #include <string>
 
+#include "jackal_aic/model/enum_table.hpp"
+
 namespace jackal_aic {
 namespace {
 
 constexpr const char* kFreeWheels = "Free the wheels, and check the power of the motors; then send a zero set point";
 constexpr const char* kEncoder = "Check the encoder and its cable";
 constexpr const char* kMounting = "Check how the IMU is mounted, and its frame in the URDF";
-constexpr const char* kImuDriver = "Check the IMU, its cable and its driver (imu/data)";
 
 struct Entry {
   Fault fault;
@@ -30,11 +31,11 @@ constexpr std::array<Entry, kFaults> kEntries{{
     {Fault::right_encoder_frozen, "right encoder frozen", kEncoder},
     {Fault::right_encoder_wrong, "right encoder wrong", kEncoder},
     {Fault::imu_upside_down, "IMU upside down", kMounting},
-    {Fault::gyro_frozen, "gyro frozen", kImuDriver},
+    {Fault::gyro_frozen, "gyro frozen", kCheckImu},
     {Fault::gyro_reversed, "gyro turns against the wheels: mounted upside down?", kMounting},
     {Fault::gyro_disagrees, "gyro disagrees with the wheels",
      "Check the unit (rad/s) and the bias of the gyro, and the effective track"},
-    {Fault::accelerometer_frozen, "accelerometer frozen", kImuDriver},
+    {Fault::accelerometer_frozen, "accelerometer frozen", kCheckImu},
     {Fault::accelerometer_disagrees, "accelerometer wrong",
      "Check the unit (m/s^2) and the mounting of the accelerometer"},
     {Fault::no_gravity, "accelerometer does not read gravity at rest",
@@ -47,13 +48,7 @@ constexpr std::array<Entry, kFaults> kEntries{{
      "Check the ground, the scale of the gyro, robot.effective_track and robot.track_range"},
 }};
 
-constexpr bool inOrder() {
-  for (std::size_t i = 0; i < kEntries.size(); ++i) {
-    if (static_cast<std::size_t>(kEntries[i].fault) != i) return false;
-  }
-  return true;
-}
-static_assert(inOrder(), "one entry for each fault, in the order of the enumerators");
+static_assert(inOrder(kEntries, &Entry::fault), "one entry for each fault, in the order of the enumerators");
 
 }  // namespace
 

@@ -2,10 +2,12 @@
 
 #include <array>
 
+#include "jackal_aic/faults/fault.hpp"
+#include "jackal_aic/model/enum_table.hpp"
+
 namespace jackal_aic {
 namespace {
 
-constexpr const char* kImuDriver = "Check the IMU, its cable and its driver (imu/data)";
 constexpr const char* kWheelDriver = "Check the robot's driver and the encoders (joint_states)";
 
 struct Entry {
@@ -22,9 +24,9 @@ constexpr std::array<Entry, kStopCauses> kEntries{{
     {StopCause::unpaired, Severity::stop, "stamps of wheel speeds and IMU data do not pair",
      "Synchronise the clocks of the machines (chrony), or check the network"},
     {StopCause::moved, Severity::stop, "moved from outside", "It drives on when it stands still"},
-    {StopCause::imu_frozen, Severity::stop, "IMU data frozen", kImuDriver},
-    {StopCause::imu_late, Severity::stop, "IMU data too old", kImuDriver},
-    {StopCause::imu_missing, Severity::stop, "no IMU data received yet", kImuDriver},
+    {StopCause::imu_frozen, Severity::stop, "IMU data frozen", kCheckImu},
+    {StopCause::imu_late, Severity::stop, "IMU data too old", kCheckImu},
+    {StopCause::imu_missing, Severity::stop, "no IMU data received yet", kCheckImu},
     {StopCause::wheels_frozen, Severity::stop, "wheel speeds frozen", kWheelDriver},
     {StopCause::feedback_late, Severity::stop, "feedback of the motors too old",
      "Check the power and the cable of the motor controller"},
@@ -52,13 +54,7 @@ constexpr std::array<Entry, kStopCauses> kEntries{{
      "Look at /feedback and restart the motor driver"},
 }};
 
-constexpr bool inOrder() {
-  for (std::size_t i = 0; i < kEntries.size(); ++i) {
-    if (static_cast<std::size_t>(kEntries[i].cause) != i) return false;
-  }
-  return true;
-}
-static_assert(inOrder(), "one entry for each cause, in the order of the enumerators");
+static_assert(inOrder(kEntries, &Entry::cause), "one entry for each cause, in the order of the enumerators");
 
 const Entry& entry(StopCause cause) { return kEntries[static_cast<std::size_t>(cause)]; }
 

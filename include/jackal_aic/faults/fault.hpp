@@ -51,6 +51,9 @@ const char* text(Fault fault);
 /// The same with the number. @param share of what was expected that the remark is about [-]; told from -999 to 999 %.
 std::string text(Fault fault, double share);
 
+/// What to do about an IMU that repeats, or is not there.
+inline constexpr const char* kCheckImu = "Check the IMU, its cable and its driver (imu/data)";
+
 /// What to do about it: the second sentence of a log line; empty for `none` and `moved`.
 const char* remedy(Fault fault);
 
