@@ -165,11 +165,11 @@ class PredictiveController : public VelocityController {
   Standstill standstill_;
   double turn_acceleration_ = 0.0;  // that a command may have [rad/s^2]; 0: no bound
   Observation observation_;
-  bool observed_ = false;          // an observation waits for the next belief update
-  bool started_ = false;           // a first observation came
-  bool frozen_ = false;            // learning was stopped
-  bool shaken_ = false;            // a jolt of the ground shakes the robot
-  double observation_step_ = 0.0;  // between the last two observations [s]
+  bool observed_ = false;             // an observation waits for the next belief update
+  bool started_ = false;              // a first observation came
+  bool frozen_ = false;               // learning was stopped
+  bool shaken_ = false;               // a jolt of the ground shakes the robot
+  double observation_step_ = 0.0;     // between the last two observations [s]
   double innovation_variance_ = 0.0;  // of the difference of the wheel speeds, lately [(rad/s)^2]
   double free_energy_ = 0.0;
   double turning_ = 0.0;  // recent difference of the wheel speeds [rad/s]
