@@ -13,12 +13,12 @@
 namespace jackal_aic {
 namespace {
 
-constexpr double kMemory = 120.0;           // T [s]
-constexpr double kGroundTime = 0.5;         // T_h [s]
-constexpr double kGroundDeviation = 0.03;   // sigma_h
-constexpr double kMotionDeviation = 0.035;  // of q_2 and q_4 before the first turn, relative to c, per m/s
-constexpr double kChatter = 4e-4;           // s before the first turn: a deviation of 0.14 in samples of 20 ms [s]
-constexpr double kTrustTime = 2.0;          // least withdrawn time of turning [s]
+constexpr double kMemory = 120.0;          // T [s]
+constexpr double kGroundTime = 0.5;        // T_h [s]
+constexpr double kGroundDeviation = 0.03;  // sigma_h
+constexpr double kMotionDeviation = 0.03;  // of q_2 and q_4 before the first turn, relative to c, per m/s
+constexpr double kChatter = 4e-4;          // s before the first turn: a deviation of 0.14 in samples of 20 ms [s]
+constexpr double kTrustTime = 2.0;         // least withdrawn time of turning [s]
 
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
