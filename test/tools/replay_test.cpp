@@ -38,6 +38,7 @@ struct What {
   std::uint64_t first = 0;              ///< number of its first input
   std::string imu_frame = "base_link";  ///< another has a static transform after a second
   double set_back = 0.0;                ///< of the clock, after kSetBack [s]
+  double recorder_late = 0.0;           ///< by which the recorder's clock is [s]
   bool middle = false;                  ///< it begins in the middle of a drive, with set points that are not zero
 };
 
@@ -84,8 +85,9 @@ class RecordedBag {
         inertial.header.frame_id = what.imu_frame;
         auto feedback = sim::toFeedback(*plant.measurement(), jackal_msgs::Drive::MODE_VELOCITY);
         for (auto* header : {&joints.header, &inertial.header, &feedback.header}) header->stamp += ahead;
-        bag.write("/joint_states", stamp, joints);
-        bag.write("/imu/data", stamp, inertial);
+        const ros::Time recorded = sim::stampOf(std::max(plant.time() - what.recorder_late, 0.0)) + ahead;
+        bag.write("/joint_states", recorded, joints);
+        bag.write("/imu/data", recorded, inertial);
         bag.write("/feedback", stamp, feedback);
         Observation y = plant.measurement()->observation();
         y.stamp = joints.header.stamp.toSec();
@@ -226,6 +228,12 @@ TEST(Replay, AClockThatWasSetBackIsReplayedAsItRan) {
 TEST(Replay, StaticTransformThatCameLateHoldsFromTheStart) {
   What late;
   late.imu_frame = "imu_link";
+  expectSaysNot(run({RecordedBag(late).path(), "--messages"}).text, {"refused"});
+}
+
+TEST(Replay, NoMessageComesBeforeItWasMeasured) {
+  What late;
+  late.recorder_late = 0.3;
   expectSaysNot(run({RecordedBag(late).path(), "--messages"}).text, {"refused"});
 }
 
