@@ -14,14 +14,13 @@ constexpr double kMemory = 0.04;       // s, time constant of the measured accel
 
 }  // namespace
 
-ActionBound::ActionBound(const std::optional<PlantModel>& model, const GeometryParameters& geometry, double period)
-    : period_(period), sides_(geometry, model && !model->on_box) {
-  if (!model) return;
-  acceleration_ = model->acceleration_limit / geometry.wheel_radius;
-  gain_ = model->gain;
-  dead_zone_ = DeadZone(*model);
-  ramp_ = acceleration_ * period / gain_;
-}
+ActionBound::ActionBound(const PlantModel& model, const GeometryParameters& geometry, double period)
+    : period_(period),
+      acceleration_(model.acceleration_limit / geometry.wheel_radius),
+      gain_(model.gain),
+      dead_zone_(model),
+      ramp_(acceleration_ * period / gain_),
+      sides_(geometry, !model.on_box) {}
 
 void ActionBound::Wheel::observe(double measured_at, double measured) {
   const double time = measured_at - stamp;
@@ -49,9 +48,8 @@ void ActionBound::apply(const WheelVector& applied) {
 }
 
 WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wanted, const WheelVector& goal) const {
-  if (std::isinf(acceleration_)) return wanted;
   const bool stop = goal.isZero(0.0);
-  const WheelVector way = (goal / gain_).unaryExpr([this](double v) { return dead_zone_.command(v); }) - action;
+  const WheelVector at_goal(commandOf(goal(0)), commandOf(goal(1))), way = at_goal - action;
   WheelVector next = followable(action, wanted, stop);
   const WheelVector change = next - action;
   for (int i = 0; i < 2; ++i) {
@@ -65,10 +63,10 @@ WheelVector ActionBound::bound(const WheelVector& action, const WheelVector& wan
     }
     // Within the range of a robot near its model for the goal, or returning to it.
     const Range commands = withinRange(goal(i), goal(i));
-    next(i) = std::clamp(next(i), std::min(action(i), dead_zone_.command(commands.low / gain_)),
-                         std::max(action(i), dead_zone_.command(commands.high / gain_)));
+    next(i) = std::clamp(next(i), std::min(action(i), commandOf(commands.low)),
+                         std::max(action(i), commandOf(commands.high)));
   }
-  return sides_.bound(action, next, (goal / gain_).unaryExpr([this](double v) { return dead_zone_.command(v); }));
+  return sides_.bound(action, next, at_goal);
 }
 
 bool ActionBound::acceleratesTo(double goal, const Wheel& wheel) const {

@@ -1,7 +1,5 @@
 #include "jackal_aic/aic/active_inference_controller.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "jackal_aic/model/drive_train.hpp"
@@ -15,20 +13,8 @@ double shortestGap(const ControllerParameters& controller, const std::optional<P
   return 0.5 / (model ? model->sensor_rate : controller.action_rate);
 }
 
-ControllerParameters validated(const ControllerParameters& controller, const GeometryParameters& geometry,
-                               Divergence divergence) {
-  validate(controller, geometry, divergence);
-  return controller;
-}
-
 InferenceGains gainsOf(const ControllerParameters& p) {
   return {p.kappa_mu, p.kappa_a, p.beliefStep(), p.actionStep(), p.integrator};
-}
-
-void requireUnchanged(const char* key, double wanted, double running) {
-  if (wanted == running) return;
-  throw ParameterError(
-      fmt::format("controller.{} = {:g}: must stay {:g} while the controller runs", key, wanted, running));
 }
 
 }  // namespace
@@ -37,13 +23,13 @@ ActiveInferenceController::ActiveInferenceController(const ControllerParameters&
                                                      const GeometryParameters& geometry,
                                                      const std::optional<PlantModel>& plant_model,
                                                      Divergence divergence)
-    : parameters_(validated(controller, geometry, divergence)),
-      plant_model_(controller.printed ? std::nullopt : plant_model),
+    : parameters_(validate(controller, geometry, divergence)),
       kinematics_(geometry),
       inference_(GenerativeModel(controller, geometry), gainsOf(controller)),
       sensors_(controller.orders, shortestGap(controller, plant_model), thresholds::kGap),
-      bound_(plant_model_, geometry, controller.actionStep()),
-      standstill_(plant_model_ ? std::make_optional<Standstill>() : std::nullopt) {}
+      bound_(plant_model && !controller.printed
+                 ? std::make_optional<ActionBound>(*plant_model, geometry, controller.actionStep())
+                 : std::nullopt) {}
 
 SampleVerdict ActiveInferenceController::observe(const Observation& observation) {
   const std::optional<Observation> complete = reconstructed(observation, kinematics_);
@@ -52,10 +38,10 @@ SampleVerdict ActiveInferenceController::observe(const Observation& observation)
   if (!taken(verdict)) return verdict;
   inference_.observe(sensors_.measurement());
   if (verdict == SampleVerdict::restarted) {
-    bound_.resetMeasurements();
+    if (bound_) bound_->resetMeasurements();
     inference_.restartBelief();  // the action continues from the driven command, which a gap does not affect
   }
-  bound_.observe(*complete, observation.valid);
+  if (bound_) bound_->observe(*complete, observation.valid);
   return verdict;
 }
 
@@ -67,35 +53,31 @@ WheelCommand ActiveInferenceController::updateAction() {
   if (!sensors_.hasMeasurement()) return action();
   const WheelVector driven = inference_.action();
   const WheelVector wanted = inference_.updateAction();  // a  (3-13)
+  if (!bound_) return action();
   const BodyVector mu_d = inference_.setPoint().col(0);
-  bound_.apply(driven);
-  inference_.hold(bound_.bound(driven, wanted, kinematics_.wheelSpeeds(mu_d(kForward), mu_d(kYaw)).vector()));
-  const double most = largestCommand(mu_d(kForward) == 0.0 && mu_d(kYaw) == 0.0);
-  hold({limited(action().left, most), limited(action().right, most)});
+  const WheelVector goal = kinematics_.wheelSpeeds(mu_d(kForward), mu_d(kYaw)).vector();
+  bound_->apply(driven);
+  const WheelVector bounded = bound_->bound(driven, wanted, goal);
+  const double most = standstill_.largestCommand(goal.isZero(0.0), bounded, wheelSpeeds(), actionStep());
+  inference_.hold({limited(bounded(0), most), limited(bounded(1), most)});
   return action();
-}
-
-double ActiveInferenceController::largestCommand(bool set_point_is_zero) {
-  if (!standstill_) return HUGE_VAL;
-  const GeneralizedSensor& y = measurement();
-  return standstill_->largestCommand(set_point_is_zero, action(), y(kWheelLeft, 0), y(kWheelRight, 0), actionStep());
 }
 
 void ActiveInferenceController::hold(const WheelCommand& applied) { inference_.hold(applied.vector()); }
 
 void ActiveInferenceController::overrule(const WheelCommand& applied) {
   inference_.restartBelief();
-  bound_.apply(inference_.action());
+  if (bound_) bound_->apply(inference_.action());
   hold(applied);
   // Another source drives, so the robot does not count as standing at the hand-over.
-  largestCommand(false);
+  standstill_.largestCommand(false, applied.vector(), wheelSpeeds(), actionStep());
 }
 
 void ActiveInferenceController::adoptGains(const ControllerParameters& controller, const GeometryParameters& geometry) {
-  requireUnchanged("orders", controller.orders, parameters_.orders);
-  requireUnchanged("action_rate", controller.action_rate, parameters_.action_rate);
-  requireUnchanged("belief_rate", controller.belief_rate, parameters_.belief_rate);
-  requireUnchanged("printed", controller.printed, parameters_.printed);
+  requireUnchanged("controller.orders", controller.orders, parameters_.orders);
+  requireUnchanged("controller.action_rate", controller.action_rate, parameters_.action_rate);
+  requireUnchanged("controller.belief_rate", controller.belief_rate, parameters_.belief_rate);
+  requireUnchanged("controller.printed", controller.printed, parameters_.printed);
   validate(controller, geometry);
   ActiveInference<GenerativeModel> adopted(GenerativeModel(controller, geometry), gainsOf(controller));
   adopted.continueFrom(inference_);
@@ -136,8 +118,8 @@ void ActiveInferenceController::reset() {
   sensors_.reset();
   inference_.observe(sensors_.measurement());
   inference_.setSetPoint(BodyVector::Zero());
-  bound_.reset();
-  if (standstill_) standstill_.emplace();
+  if (bound_) bound_->reset();
+  standstill_ = {};
   restart();
 }
 

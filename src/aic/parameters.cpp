@@ -18,14 +18,6 @@ void checkVariances(const char* key, const std::vector<double>& variances, int o
                   variances.size(), orders, needed, orders));
 }
 
-void checkRates(const ControllerParameters& controller) {
-  const double ratio = controller.belief_rate / controller.action_rate;
-  if (ratio >= 1.0 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio) return;
-  throw ParameterError(
-      fmt::format("controller.belief_rate = {:g} Hz: must be a whole multiple of controller.action_rate = {:g} Hz",
-                  controller.belief_rate, controller.action_rate));
-}
-
 void checkConvergence(const ControllerParameters& controller, const GeometryParameters& geometry) {
   const BeliefUpdate update(GenerativeModel(controller, geometry), controller.kappa_mu, controller.beliefStep(),
                             controller.integrator);
@@ -45,11 +37,21 @@ int ControllerParameters::beliefStepsPerAction() const {
   return static_cast<int>(std::lround(belief_rate / action_rate));
 }
 
-void validate(const ControllerParameters& controller, const GeometryParameters& geometry, Divergence divergence) {
-  checkRates(controller);
+bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
+
+void requireWholeRatio(const char* section, double belief_rate, double action_rate) {
+  if (isWhole(belief_rate / action_rate)) return;
+  throw ParameterError(fmt::format("{0}.belief_rate = {1:g} Hz: must be a whole multiple of {0}.action_rate = {2:g} Hz",
+                                   section, belief_rate, action_rate));
+}
+
+const ControllerParameters& validate(const ControllerParameters& controller, const GeometryParameters& geometry,
+                                     Divergence divergence) {
+  requireWholeRatio("controller", controller.belief_rate, controller.action_rate);
   checkVariances("controller.state_variances", controller.state_variances, controller.orders);
   checkVariances("controller.sensory_variances", controller.sensory_variances, controller.orders);
   if (divergence == Divergence::refused) checkConvergence(controller, geometry);
+  return controller;
 }
 
 }  // namespace jackal_aic

@@ -41,11 +41,10 @@ Margins marginsOf(const LinearLoop& loop, LoopMode mode) {
     const double found = boundary(at_delay, 1.0 + std::abs(end) / unit);
     return std::isinf(found) ? end : extra(found);
   };
-  const SpectralRadius radius = loop.worstSpectralRadius(mode);
-  Margins margins{radius.upper(), 2.0 * radius.uncertainty};
+  Margins margins{loop.worstSpectralRadius(mode)};
   margins.gain_reduction = 1.0 / boundary([&](double factor) { return at_gain(1.0 / factor); }, kLargestGainMargin);
   const double shorter = delayBoundary(-loop.robot().dead_time);
-  if (radius.upper() < kStabilityLimit) {
+  if (margins.spectral_radius < kStabilityLimit) {
     margins.gain_margin = std::min(boundary(at_gain, kLargestGainMargin), kLargestGainMargin);
     margins.delay_margin = delayBoundary(largestDelayMargin(loop));
     margins.delay_reduction = std::abs(shorter);
@@ -58,12 +57,8 @@ Margins marginsOf(const LinearLoop& loop, LoopMode mode) {
 
 /// The larger radius, and the margins that are closer to the limit.
 Margins worse(const Margins& a, const Margins& b) {
-  const Margins& larger = b.spectral_radius > a.spectral_radius ? b : a;
-  return {larger.spectral_radius,
-          larger.radius_uncertainty,
-          std::min(a.gain_margin, b.gain_margin),
-          std::max(a.gain_reduction, b.gain_reduction),
-          std::min(a.delay_margin, b.delay_margin),
+  return {std::max(a.spectral_radius, b.spectral_radius), std::min(a.gain_margin, b.gain_margin),
+          std::max(a.gain_reduction, b.gain_reduction), std::min(a.delay_margin, b.delay_margin),
           std::min(a.delay_reduction, b.delay_reduction)};
 }
 
@@ -75,10 +70,6 @@ std::string atLeast(double value, double bound) {
 std::string instability(const Certificate& certificate) {
   const bool belief = certificate.belief_spectral_radius >= kStabilityLimit;
   const double radius = belief ? certificate.belief_spectral_radius : certificate.spectral_radius;
-  if (!belief && radius - certificate.radius_uncertainty < kStabilityLimit) {
-    return fmt::format("the closed loop is at the limit of stability: spectral radius 1 within {:.3g}",
-                       certificate.radius_uncertainty);
-  }
   return fmt::format("the {} diverges: spectral radius {:.4g}, must be below 1",
                      belief ? "belief update" : "closed loop", radius);
 }
@@ -143,12 +134,10 @@ std::string advice(const Certificate& certificate, const LinearLoop& loop, const
       "{} may rise by a factor of {} or the dead time by {} s before the loop oscillates",
       loop.predictive() ? "the robot's gain" : "kappa_a", atLeast(certificate.gain_margin, kLargestGainMargin),
       atLeast(certificate.delay_margin, largestDelayMargin(loop)));
-  const char* outside = loop.bounded() ? " Action bound and standstill are outside the certificate." : "";
-  if (certificate.keeps(bounds)) return "Stable with room: " + room + "." + outside;
+  if (certificate.keeps(bounds)) return "Stable with room: " + room + ".";
   return fmt::format(
-      "Stable, but with a thin margin (below {:.3g} or {:.3g} s): {}; lower {}.{}", bounds.gain, bounds.delay, room,
-      loop.predictive() ? "predictive.disturbance_process_noise" : fmt::format("kappa_a = {:.3g}", loop.actionGain()),
-      outside);
+      "Stable, but with a thin margin (below {:.3g} or {:.3g} s): {}; lower {}.", bounds.gain, bounds.delay, room,
+      loop.predictive() ? "predictive.disturbance_process_noise" : fmt::format("kappa_a = {:.3g}", loop.actionGain()));
 }
 
 void requireStable(const LinearLoop& loop) {

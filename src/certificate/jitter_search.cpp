@@ -26,7 +26,8 @@ class Adversary {
     const double phase = loop.longestPhase() / (kPoints - 1), delay = jitter.extra_delay / (kPoints - 1);
     for (const auto& gain : gains) {
       for (int i = 0; i < kPoints * kPoints; ++i) {
-        maps_.push_back(loop.jitteredMap({phase * (i % kPoints), delay * (i / kPoints), gain}, jitter.extra_delay));
+        maps_.push_back(
+            loop.jitteredMap({1.0, delay * (i / kPoints), phase * (i % kPoints)}, gain, jitter.extra_delay));
       }
     }
   }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <utility>
 
 #include "jackal_aic/aic/belief_update.hpp"
@@ -48,13 +47,20 @@ LoopClock clockOf(double action_rate, int belief_steps_per_action, double sensor
       sensor_rate, key, action_rate, kMostActionSteps));
 }
 
-/// Gains of a belief, in order, once they are the same in every period. @param period runs one, and adds its gains.
-template <class Period>
-std::vector<Eigen::Vector3d> converged(const Period& period) {
+/// Gains of the corrections in a period of a clock, in order, to which the covariance of a belief converges.
+std::vector<Eigen::Vector3d> convergedGains(WheelBelief& belief, const LoopClock& clock, std::int64_t phase) {
+  const auto events = clock.events(0, phase);
   std::vector<Eigen::Vector3d> gains;
   for (int i = 0; i < kMostPeriods; ++i) {
     const std::vector<Eigen::Vector3d> before = std::exchange(gains, {});
-    period(gains);
+    bool fresh = false;
+    for (const auto& [time, event] : events) {
+      if (event == LoopEvent::sensor) fresh = true;
+      if (event == LoopEvent::predict) belief.predict(0.0);
+      if (event != LoopEvent::belief || !std::exchange(fresh, false)) continue;
+      gains.push_back(belief.gain());
+      belief.correct(0.0);
+    }
     const auto same = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
       return (b - a).norm() <= kConverged * b.norm();
     };
@@ -98,112 +104,76 @@ std::vector<std::pair<std::int64_t, LoopEvent>> LoopClock::events(std::int64_t c
   return events;
 }
 
-/// A loop followed through the events of one common period, a trajectory in every column.
-class LinearLoop::Period {
- public:
-  /// @param least_commands past commands to keep in addition to the action.
-  Period(const LinearLoop& loop, Equations equations, const LoopChange& change, int least_commands = 0)
-      : clock_(loop.clock_), robot_(loop.robot_), equations_(std::move(equations)), phase_(phaseOf(loop, change)) {
-    robot_.gain *= change.gain;
-    if (loop.belief_) model_delay_ = static_cast<std::int64_t>(loop.belief_->delay()) * kTick;
-    const std::int64_t dead_time = std::max<std::int64_t>(0, nanoseconds(robot_.dead_time + change.extra_dead_time));
-    whole_periods_ = static_cast<int>(dead_time / clock_.action_period);
-    remainder_ = dead_time % clock_.action_period;
-    past_commands_ = std::max(whole_periods_ + (remainder_ > 0 ? 1 : 0), least_commands);
-    if (loop.belief_) {
-      past_commands_ = std::max(past_commands_, static_cast<int>(model_delay_ / clock_.action_period) + 1);
-    }
-    action_ = static_cast<int>(equations_.act.size());
-    states_ = MatrixXd::Identity(wheelRow() + 2, wheelRow() + 2);
-  }
-
-  static std::int64_t phaseOf(const LinearLoop& loop, const LoopChange& change) {
-    return std::clamp<std::int64_t>(nanoseconds(change.phase), 0, nanoseconds(loop.longestPhase()));
-  }
-
-  /// Map of the states over the period.
-  MatrixXd map() {
-    arrived_ = remainder_ == 0;
-    std::int64_t now = 0;
-    for (const auto& [time, event] : clock_.events(remainder_, phase_)) {
-      // The belief depends on the wheel only through the sensor, so the robot is not advanced to belief steps.
-      if (event != LoopEvent::predict && event != LoopEvent::belief) {
-        drive(time - now);
-        now = time;
-      }
-      happen(event, time);
-    }
-    return states_;
-  }
-
- private:
-  int commandRow(int back) const { return action_ + back; }  // of the command sent `back` action steps ago
-  int wheelRow() const { return action_ + past_commands_ + 1; }
-
-  void happen(LoopEvent event, std::int64_t now) {
-    auto x = states_.topRows(action_);
+MatrixXd LinearLoop::mapOf(const Equations& equations, const LoopChange& change, const Gains& gains,
+                           int least_commands) const {
+  PlantModel robot = robot_;
+  robot.gain *= change.gain;
+  const std::int64_t period = clock_.action_period;
+  const std::int64_t dead_time = std::max<std::int64_t>(0, nanoseconds(robot.dead_time + change.extra_dead_time));
+  const std::int64_t model_dead_time = belief_ ? static_cast<std::int64_t>(belief_->delay()) * kTick : -period;
+  const int whole = static_cast<int>(dead_time / period);  // action periods of the robot's dead time
+  const std::int64_t remainder = dead_time % period;
+  // Rows of the states: the controller's, the action, earlier commands, the wheel speed and its correction.
+  const int past_commands =
+      std::max({whole + (remainder > 0 ? 1 : 0), static_cast<int>(model_dead_time / period) + 1, least_commands});
+  const auto action = static_cast<int>(equations.act.size()), wheel = action + past_commands + 1;
+  MatrixXd states = MatrixXd::Identity(wheel + 2, wheel + 2);  // a trajectory in every column
+  auto x = states.topRows(action);
+  std::int64_t now = 0;
+  bool fresh = false;             // a sample waits for the belief
+  bool arrived = remainder == 0;  // the newer of the two commands of this action period acts
+  std::size_t samples = 0;        // that the belief has taken
+  const auto drive = [&](std::int64_t time) {
+    if (time == now) return;
+    const DriveTrainResponse response = driveTrainResponse(robot, 1e-9 * static_cast<double>(time - now));
+    const auto acting = states.row(action + (arrived ? whole : whole + 1));
+    auto driven = states.middleRows<2>(wheel);
+    driven = (response.transition * driven + robot.gain * response.input * acting).eval();
+    now = time;
+  };
+  /// The command that acts in the model during the inner step that ends at a time, in action steps before the last one.
+  const auto believed = [&](std::int64_t time) {
+    const auto steps = [&](std::int64_t until) {
+      return static_cast<int>(std::floor(static_cast<double>(until) / static_cast<double>(period)));
+    };
+    return steps(time - 1) - steps(time - kTick - model_dead_time);
+  };
+  for (const auto& [time, event] : clock_.events(remainder, phaseOf(change))) {
+    // The belief depends on the wheel only through the sensor, so the robot is not advanced to belief steps.
     switch (event) {
       case LoopEvent::sensor:
-        x = (equations_.sense.lazyProduct(x) + equations_.sense_wheel * states_.row(wheelRow())).eval();
-        return;
+        drive(time);
+        x = (equations.sense.lazyProduct(x) + equations.sense_wheel * states.row(wheel)).eval();
+        fresh = true;
+        break;
       case LoopEvent::predict:
-        if (equations_.predict.size() == 0) return;
-        x = (equations_.predict.lazyProduct(x) + equations_.predict_command * states_.row(believedCommand(now))).eval();
-        return;
-      case LoopEvent::belief: {
-        const MatrixXd& update = equations_.believe[updates_++ % equations_.believe.size()];
-        if (update.size() > 0) x = update.lazyProduct(x).eval();
-        return;
-      }
+        x = (equations.predict.lazyProduct(x) + equations.predict_command * states.row(action + believed(time))).eval();
+        break;
+      case LoopEvent::belief:
+        if (!belief_) {
+          x = equations.believe.lazyProduct(x).eval();
+        } else if (std::exchange(fresh, false) && samples < gains.size()) {
+          // x ← x + K (y − w)
+          x.topRows<3>() += gains[samples++] * (x.row(kMeasured) - x.row(kSpeed)).eval();
+        }
+        break;
       case LoopEvent::action:
-        for (int k = past_commands_; k > 0; --k) states_.row(commandRow(k)) = states_.row(commandRow(k - 1));
-        states_.row(action_) = (equations_.keep * states_.row(action_) + equations_.act * x).eval();
-        arrived_ = remainder_ == 0;
-        return;
+        drive(time);
+        for (int k = past_commands; k > 0; --k) states.row(action + k) = states.row(action + k - 1);
+        states.row(action) = (equations.keep * states.row(action) + equations.act * x).eval();
+        arrived = remainder == 0;
+        break;
       case LoopEvent::command_arrives:
-        arrived_ = true;
+        drive(time);
+        arrived = true;
     }
   }
-
-  /// Row of the command that acts in the model during the inner step that ends now.
-  int believedCommand(std::int64_t now) const {
-    const auto actions_before = [&](std::int64_t time) {
-      return time >= 0 ? time / clock_.action_period : -((-time + clock_.action_period - 1) / clock_.action_period);
-    };
-    return commandRow(static_cast<int>(actions_before(now - 1) - actions_before(now - kTick - model_delay_)));
-  }
-
-  /// The wheel follows the command that acts.
-  void drive(std::int64_t time) {
-    if (time == 0) return;
-    const auto [entry, is_new] = responses_.try_emplace(time);
-    if (is_new) entry->second = driveTrainResponse(robot_, 1e-9 * static_cast<double>(time));
-    const int acting = commandRow(arrived_ ? whole_periods_ : whole_periods_ + 1);
-    auto wheel = states_.middleRows<2>(wheelRow());
-    wheel = (entry->second.transition * wheel + robot_.gain * entry->second.input * states_.row(acting)).eval();
-  }
-
-  const LoopClock& clock_;
-  PlantModel robot_;
-  Equations equations_;
-  std::int64_t phase_;
-  std::int64_t model_delay_ = 0;  // dead time of the model [ns]
-  int whole_periods_ = 0;         // of the robot's dead time, in action periods
-  std::int64_t remainder_ = 0;    // of the robot's dead time [ns]
-  int past_commands_ = 0;         // kept in addition to the action
-  int action_ = 0;                // its row
-  std::size_t updates_ = 0;       // of the belief so far
-  bool arrived_ = false;          // the newer of the two commands of this action period acts
-  MatrixXd states_;
-  std::map<std::int64_t, DriveTrainResponse> responses_;
-};
+  return states;
+}
 
 LinearLoop::LinearLoop(const ControllerParameters& controller, const GeometryParameters& geometry,
                        const PlantModel& robot)
-    : robot_(robot),
-      action_gain_(controller.kappa_a),
-      bounded_(!controller.printed),
-      modes_{LoopMode::straight, LoopMode::turn} {
+    : robot_(robot), action_gain_(controller.kappa_a), modes_{LoopMode::straight, LoopMode::turn} {
   validate(controller, geometry, Divergence::allowed);
   clock_ =
       clockOf(controller.action_rate, controller.beliefStepsPerAction(), robot.sensor_rate, "controller.action_rate");
@@ -220,9 +190,13 @@ LinearLoop::LinearLoop(const PredictiveParameters& parameters, const PlantModel&
   belief_.emplace(model, 1.0, wheelBeliefParameters(parameters));
   clock_ =
       clockOf(parameters.action_rate, parameters.beliefStepsPerAction(), robot.sensor_rate, "predictive.action_rate");
-  gains_ = convergedGains(0);
+  WheelBelief belief = *belief_;
+  gains_ = convergedGains(belief, clock_, 0);
   equations_.push_back(predictiveEquations());
-  belief_radius_ = beliefErrorRadius();
+  // The error of the belief is the belief about a robot at rest without commands.
+  Equations observing = equations_.front();
+  observing.act.setZero();
+  belief_radius_ = jackal_aic::spectralRadius(mapOf(observing, {}, gains_).topLeftCorner<kStates, kStates>());
 }
 
 LinearLoop::Equations LinearLoop::thesisEquations(const ControllerParameters& controller,
@@ -233,31 +207,24 @@ LinearLoop::Equations LinearLoop::thesisEquations(const ControllerParameters& co
   const SensorVector response = sensorResponse(mode, geometry, robot_);
   const GenerativeModel model(controller, geometry);
   const BeliefUpdate update(model, controller.kappa_mu, controller.beliefStep(), controller.integrator);
-  const GeneralizedBody no_belief = GeneralizedBody::Zero(kBodySize, orders);
-  const GeneralizedSensor no_measurement = GeneralizedSensor::Zero(kSensorSize, orders);
   VectorXd scale(orders);
   for (int i = 0; i < orders; ++i) scale(i) = std::pow(robot_.sensor_rate, -i);
 
   // Taken from the controller's own functions, unit by unit, so that the certificate cannot differ from the controller.
-  MatrixXd transition(orders, orders), input_transition(orders, orders), input(orders, orders);
+  MatrixXd believe = MatrixXd::Identity(2 * orders, 2 * orders);
   RowVectorXd act(2 * orders);
   for (int i = 0; i < orders; ++i) {
-    for (int j = 0; j < orders; ++j) {
-      transition(i, j) = update.transition()(kBodySize * i + channel, kBodySize * j + channel);
-      input_transition(i, j) = update.inputTransition()(kBodySize * i + channel, kBodySize * j + channel);
-    }
-    GeneralizedBody unit_belief = no_belief;
-    unit_belief(channel, i) = 1.0 / scale(i);
-    GeneralizedSensor unit = no_measurement;
-    unit.col(i) = response;
-    input.col(i) = beliefDerivative(model, controller.kappa_mu, no_belief, unit, no_belief).row(channel).transpose();
-    unit.col(i) /= scale(i);
-    act(i) = projection.dot(actionGradient(model, sensoryPredictionError(model, unit_belief, no_measurement)));
-    act(orders + i) = projection.dot(actionGradient(model, unit));
+    GeneralizedBody belief = model.still(), moved = model.still();
+    GeneralizedSensor measurement = model.silence();
+    belief(channel, i) = 1.0 / scale(i);
+    measurement.col(i) = response / scale(i);
+    act(i) = projection.dot(actionGradient(model, sensoryPredictionError(model, belief, model.silence())));
+    act(orders + i) = projection.dot(actionGradient(model, measurement));
+    update.step(belief, model.silence(), model.still());
+    update.step(moved, measurement, model.still());
+    believe.col(i).head(orders) = scale.cwiseProduct(belief.row(channel).transpose());
+    believe.col(orders + i).head(orders) = scale.cwiseProduct(moved.row(channel).transpose());
   }
-  const auto scaled = [&](const MatrixXd& m) -> MatrixXd {
-    return scale.asDiagonal() * m * scale.cwiseInverse().asDiagonal();
-  };
 
   Equations equations;
   // y^(i) ← y^(i-1) − y_old^(i-1), the recursion 3-22 in units of (sensor period)^i
@@ -266,10 +233,7 @@ LinearLoop::Equations LinearLoop::thesisEquations(const ControllerParameters& co
   equations.sense.bottomRightCorner(orders, orders).triangularView<Eigen::StrictlyLower>().setConstant(-1.0);
   equations.sense_wheel = VectorXd::Zero(2 * orders);
   equations.sense_wheel.tail(orders).setOnes();
-  // μ̃ ← Φ μ̃ + Γ b (3-11)
-  MatrixXd believe = MatrixXd::Identity(2 * orders, 2 * orders);
-  believe.topRows(orders) << scaled(transition), scaled(input_transition * input);
-  equations.believe.push_back(believe);
+  equations.believe = believe;  // μ̃ ← Φ μ̃ + Γ b (3-11)
   // a ← a − h κ_a K Π_y ε_y (3-13)
   equations.keep = 1.0;
   equations.act = -controller.actionStep() * controller.kappa_a * act;
@@ -292,7 +256,6 @@ LinearLoop::Equations LinearLoop::predictiveEquations() const {
   equations.predict_command.head<3>() = belief_->input();
   // Without an integral z stays zero, so it is not a mode of the loop.
   if (model_->velocity_loop_integral <= 0.0) equations.predict.row(kCorrection).setZero();
-  equations.believe = corrections(gains_, 0);
   // a ← (1 − κ_a) a − κ_a d/g
   equations.keep = 1.0 - action_gain_;
   equations.act = RowVectorXd::Zero(kStates);
@@ -300,72 +263,23 @@ LinearLoop::Equations LinearLoop::predictiveEquations() const {
   return equations;
 }
 
-/// x ← x + K (y − w) at the belief updates that have a new sample.
-std::vector<MatrixXd> LinearLoop::corrections(const std::vector<Eigen::Vector3d>& gains, std::int64_t phase) const {
-  std::vector<MatrixXd> updates;
-  auto gain = gains.begin();
-  bool fresh = false;
-  for (const auto& [time, event] : clock_.events(0, phase)) {
-    if (event == LoopEvent::sensor) fresh = true;
-    if (event != LoopEvent::belief) continue;
-    updates.emplace_back();
-    if (fresh && gain != gains.end()) {
-      updates.back() = MatrixXd::Identity(kStates, kStates);
-      updates.back().block<3, 1>(0, kSpeed) -= *gain;
-      updates.back().block<3, 1>(0, kMeasured) += *gain++;
-    }
-    fresh = false;
-  }
-  return updates;
-}
-
-/// Gains of the corrections in a period, in order, to which the covariance of the belief converges.
-std::vector<Eigen::Vector3d> LinearLoop::convergedGains(std::int64_t phase) const {
-  const auto events = clock_.events(0, phase);
-  WheelBelief belief = *belief_;
-  return converged([&](std::vector<Eigen::Vector3d>& gains) {
-    bool fresh = false;
-    for (const auto& [time, event] : events) {
-      if (event == LoopEvent::sensor) fresh = true;
-      if (event == LoopEvent::predict) belief.predict(0.0);
-      if (event != LoopEvent::belief || !std::exchange(fresh, false)) continue;
-      gains.push_back(belief.gain());
-      belief.correct(0.0);
-    }
-  });
-}
-
-/// Map of the belief's error, which is autonomous.
-double LinearLoop::beliefErrorRadius() const {
-  const Equations& equations = equations_.front();
-  MatrixXd error = MatrixXd::Identity(kStates, kStates);
-  error(kMeasured, kMeasured) = 0.0;
-  std::size_t updates = 0;
-  for (const auto& [time, event] : clock_.events(0, 0)) {
-    if (event == LoopEvent::predict) error = (equations.predict * error).eval();
-    if (event != LoopEvent::belief) continue;
-    const MatrixXd& update = equations.believe[updates++];
-    if (update.size() > 0) error = (update * error).eval();
-  }
-  return spectralRadiusOf(error).upper();
-}
-
 const LinearLoop::Equations& LinearLoop::equationsOf(LoopMode mode) const {
   return mode == LoopMode::straight ? equations_.front() : equations_.back();
 }
 
 MatrixXd LinearLoop::periodMap(LoopMode mode, const LoopChange& change) const {
-  Equations equations = equationsOf(mode);
   // With one sample in a period its gain is the same at any phase.
-  const std::int64_t phase = Period::phaseOf(*this, change);
-  if (belief_ && phase > 0) {
-    equations.believe = corrections(clock_.sensor_steps == 1 ? gains_ : convergedGains(phase), phase);
-  }
-  return Period(*this, std::move(equations), change).map();
+  if (!belief_ || clock_.sensor_steps == 1) return mapOf(equationsOf(mode), change, gains_);
+  WheelBelief belief = *belief_;
+  return mapOf(equationsOf(mode), change, convergedGains(belief, clock_, phaseOf(change)));
+}
+
+std::int64_t LinearLoop::phaseOf(const LoopChange& change) const {
+  return std::clamp<std::int64_t>(nanoseconds(change.phase), 0, nanoseconds(longestPhase()));
 }
 
 double LinearLoop::spectralRadius(LoopMode mode, const LoopChange& change) const {
-  return spectralRadiusOf(periodMap(mode, change)).upper();
+  return jackal_aic::spectralRadius(periodMap(mode, change));
 }
 
 double LinearLoop::longestPhase() const { return std::min(1.0 / robot_.sensor_rate, actionPeriod()); }
@@ -377,7 +291,7 @@ LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, 
   const auto evaluate = [&](double phase) {
     if (worst.radius >= enough || phase < 0.0 || phase > longestPhase()) return;
     change.phase = phase;
-    const double radius = jackal_aic::spectralRadius(periodMap(mode, change));
+    const double radius = spectralRadius(mode, change);
     if (radius > worst.radius) worst = {radius, phase};
   };
   double distance = longestPhase() / (kPhases - 1);
@@ -391,10 +305,9 @@ LinearLoop::WorstPhase LinearLoop::worstPhase(LoopMode mode, LoopChange change, 
   return worst;
 }
 
-SpectralRadius LinearLoop::worstSpectralRadius(LoopMode mode, const LoopChange& change) const {
-  LoopChange worst = change;
-  worst.phase = worstPhase(mode, change, HUGE_VAL).phase;
-  return spectralRadiusOf(periodMap(mode, worst));
+double LinearLoop::worstSpectralRadius(LoopMode mode, LoopChange change) const {
+  change.phase = worstPhase(mode, change, HUGE_VAL).phase;
+  return spectralRadius(mode, change);
 }
 
 bool LinearLoop::stable(LoopMode mode, const LoopChange& change) const {
@@ -423,28 +336,21 @@ VectorXd LinearLoop::stepResponse(int periods, const LoopChange& change) const {
   return response;
 }
 
-MatrixXd LinearLoop::jitteredMap(const JitteredPeriod& period, double longest_extra) const {
+MatrixXd LinearLoop::jitteredMap(const LoopChange& change, const std::optional<Eigen::Vector3d>& gain,
+                                 double longest_extra) const {
   if (!belief_ || clock_.action_steps != 1 || clock_.sensor_steps != 1) {
     throw ParameterError("plant_model.sensor_rate: must be predictive.action_rate for a search of irregular samples");
   }
-  const LoopChange change{1.0, period.extra_dead_time, period.phase};
-  Equations equations = equations_.front();
-  std::vector<Eigen::Vector3d> gains;
-  if (period.gain) gains.push_back(*period.gain);
-  equations.believe = corrections(gains, Period::phaseOf(*this, change));
   const auto commands = std::ceil((robot_.dead_time + longest_extra) / actionPeriod() - 1e-6);
-  return Period(*this, std::move(equations), change, static_cast<int>(commands)).map();
+  return mapOf(equations_.front(), change, gain ? Gains{*gain} : Gains{}, static_cast<int>(commands));
 }
 
 std::vector<Eigen::Vector3d> LinearLoop::irregularGains(int most_periods) const {
   std::vector<Eigen::Vector3d> all;
   for (int periods = 1; periods <= most_periods; ++periods) {
     WheelBelief belief = *belief_;
-    const auto gains = converged([&](std::vector<Eigen::Vector3d>& gains) {
-      for (std::int64_t i = 0; i < periods * clock_.predict_steps; ++i) belief.predict(0.0);
-      gains.push_back(belief.gain());
-      belief.correct(0.0);
-    });
+    const LoopClock rare{clock_.action_period, periods, 1, 1, periods * clock_.predict_steps};
+    const Gains gains = convergedGains(belief, rare, 0);
     if (periods == 1) all.push_back(belief.gain());
     all.insert(all.end(), gains.begin(), gains.end());
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "jackal_aic/config/text.hpp"
@@ -21,8 +22,25 @@ std::string listed(const std::vector<Item>& items, const Text& text) {
   return fmt::format("[{}]", fmt::join(words, ", "));
 }
 
-std::string range(Bounds bounds, const char* unit) {
-  return fmt::format("[{:.10g}, {:.10g}]{}{}", bounds.low, bounds.high, *unit == '\0' ? "" : " ", unit);
+std::string range(const Field& field) {
+  return fmt::format("[{}, {}]{}{}", number(field.bounds->low), number(field.bounds->high),
+                     field.unit.empty() ? "" : " ", field.unit);
+}
+
+/// The values that a field may have, in words.
+std::string expectation(const Field& field) {
+  if (!field.words.empty()) return fmt::format("one of {}", fmt::join(field.words, ", "));
+  // As the types of ParameterValue.
+  const std::array<std::string, std::variant_size_v<ParameterValue>> kinds{
+      "true or false",
+      "a whole number",
+      "a number",
+      "a text that is not empty",
+      fmt::format("a list of 1 to {} numbers", field.most),
+      "a list of words that is not empty"};
+  const std::string kind = kinds[field.value.index()];
+  if (field.bounds) return kind + " in " + range(field);
+  return std::holds_alternative<std::int64_t>(field.value) ? kind + ", 0 or more" : kind;
 }
 
 std::optional<double> asNumber(const ParameterValue& value) {
@@ -31,10 +49,25 @@ std::optional<double> asNumber(const ParameterValue& value) {
   return std::nullopt;
 }
 
-void checkRange(const std::string& key, double value, Bounds bounds, const char* unit) {
-  if (!(value >= bounds.low && value <= bounds.high)) {
-    throw ParameterError(key + " = " + number(value) + ": must be in " + range(bounds, unit));
+void checkRange(const std::string& key, double value, const Field& field) {
+  if (!(value >= field.bounds->low && value <= field.bounds->high)) {
+    throw ParameterError(key + " = " + number(value) + ": must be in " + range(field));
   }
+}
+
+/// True if a value of the type of a field is one that it may have, but for the bounds of numbers.
+bool suits(const Field& field, const ParameterValue& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    const auto& words = field.words;
+    if (!words.empty()) return std::find(words.begin(), words.end(), *text) != words.end();
+    return !text->empty() || std::get<std::string>(field.value).empty();  // an optional text may be empty
+  }
+  if (const auto* numbers = std::get_if<std::vector<double>>(&value)) {
+    return !numbers->empty() && numbers->size() <= field.most;
+  }
+  if (const auto* words = std::get_if<std::vector<std::string>>(&value)) return !words->empty();
+  const auto* whole = std::get_if<std::int64_t>(&value);
+  return whole == nullptr || *whole >= 0;
 }
 
 /// The three keys that have most characters in common with the beginning of a misspelt one.
@@ -60,6 +93,11 @@ std::string describe(const ParameterValue& value) {
     std::string operator()(const std::vector<std::string>& v) const { return listed(v, quoted); }
   } text;
   return std::visit(text, value);
+}
+
+void requireUnchanged(const char* key, double wanted, double running) {
+  if (wanted == running) return;
+  throw ParameterError(fmt::format("{} = {:g}: must stay {:g} while the controller runs", key, wanted, running));
 }
 
 void ParameterMap::set(const std::string& key, ParameterValue value) { values_[key] = std::move(value); }
@@ -106,87 +144,28 @@ void ParameterMap::refuseUnknown() const {
   }
 }
 
-const ParameterValue* ParameterReader::lookup(const char* name, Presence presence, const std::string& expectation) {
-  const ParameterValue* value = map_.take(key(name));
-  if (value == nullptr && presence == Presence::required) {
-    throw ParameterError(key(name) + ": missing; expected " + expectation);
+std::optional<ParameterValue> ParameterReader::take(const Field& field) {
+  const std::string key = prefix_.empty() ? field.name : prefix_ + "." + field.name, expected = expectation(field);
+  const ParameterValue* given = map_.take(key);
+  if (given == nullptr) {
+    if (field.presence == Presence::required) throw ParameterError(key + ": missing; expected " + expected);
+    return std::nullopt;
   }
-  return value;
-}
-
-template <class Type, class Suits>
-const Type* ParameterReader::given(const char* name, Presence presence, const std::string& expectation, Suits suits) {
-  const ParameterValue* value = lookup(name, presence, expectation);
-  if (value == nullptr) return nullptr;
-  const Type* typed = std::get_if<Type>(value);
-  if (typed == nullptr || !suits(*typed)) refuse(name, *value, expectation);
-  return typed;
-}
-
-void ParameterReader::refuse(const char* name, const ParameterValue& given, const std::string& expectation) const {
-  throw ParameterError(key(name) + " = " + describe(given) + ": expected " + expectation);
-}
-
-std::optional<double> ParameterReader::numberIn(const char* name, Bounds bounds, const char* unit, Presence presence,
-                                                bool whole) {
-  const std::string expectation = (whole ? "a whole number in " : "a number in ") + range(bounds, unit);
-  const ParameterValue* value = lookup(name, presence, expectation);
-  if (value == nullptr) return std::nullopt;
-  const std::optional<double> real = asNumber(*value);
-  if (!real || (whole && *real != std::floor(*real))) refuse(name, *value, expectation);
-  checkRange(key(name), *real, bounds, unit);
-  return real;
-}
-
-void ParameterReader::field(const char* name, double& value, Bounds bounds, const char* unit, Presence presence) {
-  value = numberIn(name, bounds, unit, presence, false).value_or(value);
-}
-
-void ParameterReader::field(const char* name, int& value, Bounds bounds, const char* unit, Presence presence) {
-  value = static_cast<int>(numberIn(name, bounds, unit, presence, true).value_or(value));
-}
-
-void ParameterReader::field(const char* name, std::uint64_t& value, const char* unit, Presence presence) {
-  const std::string expectation = "a whole number, 0 or more" + (*unit ? std::string(" ") + unit : std::string());
-  const auto* whole = given<std::int64_t>(name, presence, expectation, [](std::int64_t v) { return v >= 0; });
-  if (whole != nullptr) value = static_cast<std::uint64_t>(*whole);
-}
-
-void ParameterReader::field(const char* name, bool& value, Presence presence) {
-  const auto* flag = given<bool>(name, presence, "true or false", [](bool) { return true; });
-  if (flag != nullptr) value = *flag;
-}
-
-void ParameterReader::field(const char* name, std::string& value, Presence presence) {
-  // What may be left out may be empty.
-  const auto suits = [&value](const std::string& text) { return !text.empty() || value.empty(); };
-  const auto* text = given<std::string>(name, presence, "a text that is not empty", suits);
-  if (text != nullptr) value = *text;
-}
-
-void ParameterReader::field(const char* name, std::vector<std::string>& value, Presence presence) {
-  const auto suits = [](const std::vector<std::string>& words) { return !words.empty(); };
-  const auto* words = given<std::vector<std::string>>(name, presence, "a list of words that is not empty", suits);
-  if (words != nullptr) value = *words;
-}
-
-void ParameterReader::field(const char* name, std::vector<double>& value, Bounds bounds, std::size_t max_size,
-                            const char* unit, Presence presence) {
-  const std::string expectation = fmt::format("a list of 1 to {} numbers in {}", max_size, range(bounds, unit));
-  const auto suits = [max_size](const std::vector<double>& list) { return !list.empty() && list.size() <= max_size; };
-  const auto* numbers = given<std::vector<double>>(name, presence, expectation, suits);
-  if (numbers == nullptr) return;
-  for (std::size_t i = 0; i < numbers->size(); ++i) {
-    checkRange(fmt::format("{}[{}]", key(name), i), (*numbers)[i], bounds, unit);
+  const auto refuse = [&] { throw ParameterError(key + " = " + describe(*given) + ": expected " + expected); };
+  if (const auto number = asNumber(*given); number && field.bounds && asNumber(field.value)) {
+    const bool whole = std::holds_alternative<std::int64_t>(field.value);
+    if (whole && *number != std::floor(*number)) refuse();
+    checkRange(key, *number, field);
+    if (whole) return static_cast<std::int64_t>(*number);
+    return *number;
   }
-  value = *numbers;
-}
-
-int ParameterReader::choice(const char* name, const std::vector<std::string>& words, Presence presence) {
-  const auto index = [&words](const std::string& word) { return std::find(words.begin(), words.end(), word); };
-  const auto suits = [&](const std::string& word) { return index(word) != words.end(); };
-  const auto* word = given<std::string>(name, presence, fmt::format("one of {}", fmt::join(words, ", ")), suits);
-  return word == nullptr ? -1 : static_cast<int>(index(*word) - words.begin());
+  if (given->index() != field.value.index() || !suits(field, *given)) refuse();
+  if (const auto* numbers = std::get_if<std::vector<double>>(given)) {
+    for (std::size_t i = 0; i < numbers->size(); ++i) {
+      checkRange(fmt::format("{}[{}]", key, i), (*numbers)[i], field);
+    }
+  }
+  return *given;
 }
 
 }  // namespace jackal_aic

@@ -24,15 +24,10 @@ urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml) {
   return model;
 }
 
-const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::string& name) {
+const urdf::Joint& requiredWheelJoint(const urdf::ModelInterface& model, const std::string& name) {
   const urdf::JointConstSharedPtr joint = model.getJoint(name);
   if (!joint) throw ParameterError("URDF: no joint " + quoted(name));
-  return *joint;
-}
-
-const urdf::Joint& requiredWheelJoint(const urdf::ModelInterface& model, const std::string& name) {
-  const urdf::Joint& joint = requiredJoint(model, name);
-  if (joint.type == urdf::Joint::CONTINUOUS || joint.type == urdf::Joint::REVOLUTE) return joint;
+  if (joint->type == urdf::Joint::CONTINUOUS || joint->type == urdf::Joint::REVOLUTE) return *joint;
   throw ParameterError("URDF: wheel joint " + quoted(name) + " does not turn: its type must be continuous or revolute");
 }
 

@@ -15,10 +15,7 @@ namespace jackal_aic {
 /// @throws ParameterError if the text is not a URDF.
 urdf::ModelInterfaceSharedPtr parseUrdf(const std::string& urdf_xml);
 
-/// The joint called name. @throws ParameterError, naming it, if the URDF has none.
-const urdf::Joint& requiredJoint(const urdf::ModelInterface& model, const std::string& name);
-
-/// The joint of a wheel. @throws ParameterError as requiredJoint(), or if it does not turn.
+/// The joint of a wheel called name. @throws ParameterError, naming it, if the URDF has none, or if it does not turn.
 const urdf::Joint& requiredWheelJoint(const urdf::ModelInterface& model, const std::string& name);
 
 /// A URDF pose as a transform from the child frame to the parent frame.

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
-#include <set>
 
 #include "jackal_aic/config/text.hpp"
 
@@ -48,37 +47,21 @@ ParameterValue list(const YAML::Node& node, const std::string& key) {
   throw ParameterError(shortened(key) + ": expected a flat list of numbers or of words, not of both");
 }
 
-/// Takes the values of one document into a map.
-class Document {
- public:
-  explicit Document(ParameterMap& map) : map_(map) {}
-
-  void add(const YAML::Node& node, const std::string& key) {
-    if (key.size() > kLongestKey) throw ParameterError(shortened(key) + ": more than 1000 characters");
-    if (node.IsMap()) {
-      if (node.size() == 0) throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
-      for (const auto& entry : node) {
-        const auto name = entry.first.as<std::string>();
-        add(entry.second, key.empty() ? name : key + "." + name);
-      }
-    } else if (node.IsSequence()) {
-      set(key, list(node, key));
-    } else if (node.IsScalar()) {
-      set(key, scalar(node));
-    } else {
-      throw ParameterError(shortened(key) + ": has no value");
+/// Adds the values below a key of one document.
+void add(const YAML::Node& node, const std::string& key, ParameterMap& document) {
+  if (key.size() > kLongestKey) throw ParameterError(shortened(key) + ": more than 1000 characters");
+  if (node.IsMap()) {
+    if (node.size() == 0) throw ParameterError(shortened(key) + " = {}: expected a value, or keys below it");
+    for (const auto& entry : node) {
+      const auto name = entry.first.as<std::string>();
+      add(entry.second, key.empty() ? name : key + "." + name, document);
     }
+    return;
   }
-
- private:
-  void set(const std::string& key, ParameterValue value) {
-    if (!given_.insert(key).second) throw ParameterError(shortened(key) + ": given twice");
-    map_.set(key, std::move(value));
-  }
-
-  ParameterMap& map_;
-  std::set<std::string> given_;
-};
+  if (!node.IsSequence() && !node.IsScalar()) throw ParameterError(shortened(key) + ": has no value");
+  if (document.has(key)) throw ParameterError(shortened(key) + ": given twice");
+  document.set(key, node.IsSequence() ? list(node, key) : scalar(node));
+}
 
 YAML::Node parsed(const std::string& text) {
   if (text.size() > kLargestText) throw ParameterError("more than 1 MiB of text");
@@ -87,11 +70,16 @@ YAML::Node parsed(const std::string& text) {
   return documents.empty() ? YAML::Node() : documents.front();
 }
 
-/// Runs a reader of YAML; its errors become one line that names where the text is from.
-template <class Read>
-void readYaml(const std::string& name, const Read& read) {
+/// Adds the values of a text below a key to a map; errors are one line that names where the text is from.
+void addText(const std::string& text, const std::string& name, const std::string& key, ParameterMap& map) {
   try {
-    read();
+    const YAML::Node root = parsed(text);
+    if (key.empty() && (!root.IsMap() || root.size() == 0)) {
+      throw ParameterError("no keys found; expected 'key: value' lines");
+    }
+    ParameterMap document;
+    add(root, key, document);
+    map.add(document);
   } catch (const ParameterError& error) {
     throw ParameterError(onOneLine(name) + ": " + error.what());
   } catch (const std::exception& error) {
@@ -108,16 +96,10 @@ std::string listed(const std::vector<Item>& items) {
 
 }  // namespace
 
-void addYamlText(const std::string& text, const std::string& name, ParameterMap& map) {
-  readYaml(name, [&] {
-    const YAML::Node root = parsed(text);
-    if (!root.IsMap() || root.size() == 0) throw ParameterError("no keys found; expected 'key: value' lines");
-    Document(map).add(root, "");
-  });
-}
+void addYamlText(const std::string& text, const std::string& name, ParameterMap& map) { addText(text, name, "", map); }
 
 void setFromText(const std::string& key, const std::string& text, ParameterMap& map) {
-  readYaml(key + " = " + quoted(text), [&] { Document(map).add(parsed(text), key); });
+  addText(text, key + " = " + quoted(text), key, map);
 }
 
 void addYamlFile(const std::string& path, ParameterMap& map) { addYamlText(readText(path, kLargestText), path, map); }

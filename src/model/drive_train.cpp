@@ -10,17 +10,6 @@ Pace paceOf(double lag, double limit, double time) {
   return {lag > 0.0 ? -std::expm1(-time / lag) : 1.0, limit * time};
 }
 
-double speedAfter(double speed, double target, double lag, double limit, double time) {
-  const double error = target - speed, linear = limit * lag;
-  if (std::abs(error) > linear) {
-    const double limited = (std::abs(error) - linear) / limit;  // time at the limit
-    if (time <= limited) return speed + std::copysign(limit * time, error);
-    speed = target - std::copysign(linear, error);
-    time -= limited;
-  }
-  return lag > 0.0 ? target - (target - speed) * std::exp(-time / lag) : target;
-}
-
 /// A shorter lag counts as zero, because 1/T would exceed the precision of the other terms [s].
 constexpr double kShortestLag = 1e-9;
 
@@ -65,14 +54,6 @@ DriveTrain::DriveTrain(const PlantModel& model, double wheel_radius)
       -k * (1.0 - 0.5 * response), 1.0 - 0.5 * k * response, of_r(1),  //
       0.0, 0.0, 1.0;
   input_ = model.gain * of_r;
-}
-
-DriveTrainPrediction::DriveTrainPrediction(const PlantModel& model, double wheel_radius)
-    : drive_train_(model, wheel_radius), dead_zone_(model), commands_(model.dead_time) {}
-
-void DriveTrainPrediction::reset(double speed) {
-  commands_.fill(speed / drive_train_.gain());
-  x_ << speed, 0.0, 0.0;
 }
 
 }  // namespace jackal_aic

@@ -67,47 +67,44 @@ DriveTrainFit::Speeds DriveTrainFit::input(double given) const {
 }
 
 void DriveTrainFit::step(const WheelVector& given) {
-  newest_ = (newest_ + 1) % kHistory;
-  step(wheels_[0], given(0));
-  step(wheels_[1], given(1));
-}
-
-void DriveTrainFit::step(Wheel& wheel, double given) {
-  const Speeds r = input(given);
-  const Speeds drive = r + wheel.correction - wheel.speed;
-  const Speeds before = wheel.speed;
-  // Exact for a constant r, e = r + z − w: at the limit L for a time t, until |e| = L T, then free; with
-  // q = e^(−(h−t)/T)
-  //     w ← w ± L t + (1 − q) e_t,    ∂w/∂e = 1 − q
-  const double e = drive(0), end = limit_ * lag_;
-  const double limited = std::clamp(std::abs(e) / limit_ - lag_, 0.0, kStep), free = kStep - limited;
-  const double q = limited > 0.0 ? std::exp(-free / lag_) : rest_, e_t = std::clamp(e, -end, end);
-  wheel.speed += (1.0 - q) * drive;
-  wheel.speed(0) = before(0) + std::copysign(limit_ * limited, e) + (1.0 - q) * e_t;
-  // z ← z + k ∫(r − w) dt while it is free, by the trapezoidal rule
-  wheel.correction += integral_ * free * (r - 0.5 * (before + wheel.speed));
   static const double decay = std::exp(-kStep / kWashout), half = std::sqrt(decay);
-  wheel.filtered = decay * wheel.filtered + half * (wheel.speed - before);
-  wheel.history[newest_] = wheel.filtered;
+  newest_ = (newest_ + 1) % kHistory;
+  for (std::size_t side = 0; side < wheels_.size(); ++side) {
+    Wheel& wheel = wheels_[side];
+    const Speeds r = input(given(static_cast<Eigen::Index>(side)));
+    const Speeds drive = r + wheel.correction - wheel.speed;
+    const Speeds before = wheel.speed;
+    // Exact for a constant r, e = r + z − w: at the limit L for a time t, until |e| = L T, then free; with
+    // q = e^(−(h−t)/T)
+    //     w ← w ± L t + (1 − q) e_t,    ∂w/∂e = 1 − q
+    const double e = drive(0), end = limit_ * lag_;
+    const double limited = std::clamp(std::abs(e) / limit_ - lag_, 0.0, kStep), free = kStep - limited;
+    const double q = limited > 0.0 ? std::exp(-free / lag_) : rest_, e_t = std::clamp(e, -end, end);
+    wheel.speed += (1.0 - q) * drive;
+    wheel.speed(0) = before(0) + std::copysign(limit_ * limited, e) + (1.0 - q) * e_t;
+    // z ← z + k ∫(r − w) dt while it is free, by the trapezoidal rule
+    wheel.correction += integral_ * free * (r - 0.5 * (before + wheel.speed));
+    wheel.filtered = decay * wheel.filtered + half * (wheel.speed - before);
+    wheel.history[newest_] = wheel.filtered;
+  }
 }
 
 void DriveTrainFit::observe(const WheelVector& filtered, const WheelVector& weight, double part) {
-  observe(wheels_[0], filtered(0), weight(0), part);
-  observe(wheels_[1], filtered(1), weight(1), part);
-}
-
-void DriveTrainFit::observe(const Wheel& wheel, double filtered, double weight, double part) {
-  // The run is at the time of a step, the measurement between two of them.
-  for (std::size_t i = 0; i < kGrid; ++i) {
-    const std::size_t at = (newest_ + kHistory - 2 * i) % kHistory;
-    const std::size_t after = i > 0 ? (at + 1) % kHistory : at;
-    const Speeds then = wheel.history[at] + part * (wheel.history[after] - wheel.history[at]);
-    const double error = filtered - then(0);
-    const Eigen::Vector2d sensitivity = then.tail<2>().transpose();
-    DriveTrainSums& sums = present[i];
-    sums.curvature.noalias() += weight * sensitivity * sensitivity.transpose();
-    sums.slope += weight * error * sensitivity;
-    sums.squares += weight * error * error;
+  for (std::size_t side = 0; side < wheels_.size(); ++side) {
+    const auto& history = wheels_[side].history;
+    const double y = filtered(static_cast<Eigen::Index>(side)), w = weight(static_cast<Eigen::Index>(side));
+    // The run is at the time of a step, the measurement between two of them.
+    for (std::size_t i = 0; i < kGrid; ++i) {
+      const std::size_t at = (newest_ + kHistory - 2 * i) % kHistory;
+      const std::size_t after = i > 0 ? (at + 1) % kHistory : at;
+      const Speeds then = history[at] + part * (history[after] - history[at]);
+      const double error = y - then(0);
+      const Eigen::Vector2d sensitivity = then.tail<2>().transpose();
+      DriveTrainSums& sums = present[i];
+      sums.curvature.noalias() += w * sensitivity * sensitivity.transpose();
+      sums.slope += w * error * sensitivity;
+      sums.squares += w * error * error;
+    }
   }
 }
 

@@ -17,19 +17,16 @@ constexpr double kShortestLag = 0.005;  // s; a shorter one looks the same
 constexpr double kLagRatio = 1.67;      // of a lag and the next; the longest is 0.5 s
 
 // A motion.
-constexpr double kLongest = 2.0;                              // s, of a motion that does not settle
-constexpr double kChange = 0.3;                               // rad/s; a larger change of a command moves a wheel
-constexpr double kSettled = 0.6;                              // s after the dead time, until the wheels have settled
-constexpr double kForgotten = 3.0 * DriveTrainFit::kWashout;  // s; the filter has forgotten what was before
-constexpr double kApart = 0.015;                              // s; least between measurements that count
-constexpr double kTurn = 0.3;                                 // share of a turn, from which a motion is one
-constexpr double kMemory = 0.9;                               // weight of a motion / weight of the next
-constexpr double kSamplesPerValue = 8.0;                      // n_0
-constexpr double kJitter = 0.002;                             // s; deviation of the time of a measurement
-constexpr double kModelError = 0.02;                          // of any model, relative to the motion
-constexpr double kUnexplained = 0.1;                          // the same, above which a motion has another cause
-constexpr double kNoise = 2.0;                                // deviations of the encoders, which nothing explains
-constexpr double kLeastGainChange = 0.03;                     // least relevant one of gamma
+constexpr double kLongest = 2.0;           // s, of a motion that does not settle
+constexpr double kApart = 0.015;           // s; least between measurements that count
+constexpr double kTurn = 0.3;              // share of a turn, from which a motion is one
+constexpr double kMemory = 0.9;            // weight of a motion / weight of the next
+constexpr double kSamplesPerValue = 8.0;   // n_0
+constexpr double kJitter = 0.002;          // s; deviation of the time of a measurement
+constexpr double kModelError = 0.02;       // of any model, relative to the motion
+constexpr double kUnexplained = 0.1;       // the same, above which a motion has another cause
+constexpr double kNoise = 2.0;            // deviations of the encoders, which nothing explains
+constexpr double kLeastGainChange = 0.03;  // least relevant one of gamma
 constexpr double kSureOdds = 0.5 * thresholds::kSure * thresholds::kSure;  // difference of F that chance does not reach
 
 constexpr int kClearlyLess = 2;  // index of a share of the limit, 0.63
@@ -38,7 +35,6 @@ constexpr int kClearlyLess = 2;  // index of a share of the limit, 0.63
 constexpr double kDeadTimeDeviation = 0.08;  // s
 constexpr double kShareDeviation = 0.3;
 constexpr double kGainDeviation = 0.1;
-constexpr double kOffsetDeviation = 0.3;  // rad/s
 
 double lagOf(double index) { return kShortestLag * std::pow(kLagRatio, index); }
 
@@ -82,7 +78,7 @@ bool DriveTrainLearning::withdrawGain() {
 }
 
 void DriveTrainLearning::resetMotion() {
-  unknown_ = kForgotten;
+  unknown_ = thresholds::kSure * DriveTrainFit::kWashout;  // until the filter has forgotten what was before
   moving_ = false;
   for (DriveTrainFit& fit : fits_) {
     fit.restart(resting_);
@@ -108,7 +104,7 @@ void DriveTrainLearning::predict(const WheelVector& given) {
 
 /// Follows the commands of the present motion.
 void DriveTrainLearning::watch(const WheelVector& given) {
-  const bool changes = (given - resting_).cwiseAbs().maxCoeff() > kChange;
+  const bool changes = (given - resting_).cwiseAbs().maxCoeff() > kSpeedRange;
   settled_ = changes ? 0.0 : settled_ + DriveTrainFit::kStep;
   if (changes) resting_ = given;
   moving_ = moving_ || (changes && unknown_ <= 0.0);
@@ -125,8 +121,8 @@ void DriveTrainLearning::beginMotion() {
 
 bool DriveTrainLearning::turns() const { return turn_ > kTurn * (turn_ + straight_); }
 
-std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& measured, double step) {
-  if (step <= 0.0) return std::nullopt;
+bool DriveTrainLearning::correct(const WheelVector& measured, double step) {
+  if (step <= 0.0) return false;
   const double decay = std::exp(-step / DriveTrainFit::kWashout);
   const WheelVector change = measured - std::exchange(measured_, measured);
   filtered_ = decay * filtered_ + std::sqrt(decay) * change;
@@ -136,16 +132,16 @@ std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& m
   unknown_ -= step;
   const bool stands = resting_.isZero(0.0) && settled_ > 0.0 && measured.cwiseAbs().maxCoeff() < thresholds::kRest;
   if (stands) unknown_ = std::min(unknown_, 0.0);
-  if (settled_ > kSettled + timing_.dead_time) {
+  if (settled_ > 2.0 * thresholds::kPatience + timing_.dead_time) {
     const bool changed = samples_ > 0.0 && endMotion();
     beginMotion();
     moving_ = false;
-    return changed ? std::optional(timing_) : std::nullopt;
+    return changed;
   }
-  if (!moving_) return std::nullopt;
+  if (!moving_) return false;
   lasted_ += step;
   since_counted_ += step;
-  if (since_counted_ < kApart) return std::nullopt;
+  if (since_counted_ < kApart) return false;
   since_counted_ = 0.0;
   count();
   bool changed = takeOver(false);
@@ -154,7 +150,7 @@ std::optional<DriveTrainTiming> DriveTrainLearning::correct(const WheelVector& m
     changed = endMotion() || changed;
     beginMotion();
   }
-  return changed ? std::optional(timing_) : std::nullopt;
+  return changed;
 }
 
 /// Counts the last measurement.
@@ -207,11 +203,11 @@ bool DriveTrainLearning::explained() const {
 DriveTrainLearning::Minimum DriveTrainLearning::minimum(const DriveTrainSums& sums) const {
   const double gain = timing_.gain_share;  // gamma_0
   Eigen::Matrix2d C = sums.curvature;
-  C.diagonal() += Eigen::Vector2d(1.0 / square(kGainDeviation), 1.0 / square(kOffsetDeviation));
+  C.diagonal() += Eigen::Vector2d(1.0 / square(kGainDeviation), 1.0 / square(kSpeedRange));
   const Eigen::Vector2d slope = sums.slope + Eigen::Vector2d((1.0 - gain) / square(kGainDeviation), 0.0);
   const Eigen::Matrix2d covariance = C.inverse();
   Eigen::Vector2d change = covariance * slope;
-  change(1) = std::clamp(change(1), 0.0, thresholds::kSure * kOffsetDeviation);
+  change(1) = std::clamp(change(1), 0.0, thresholds::kSure * kSpeedRange);
   change(0) = (slope(0) - C(0, 1) * change(1)) / C(0, 0);
   change(0) = std::clamp(change(0), 1.0 / kGainRange - gain, kGainRange - gain);
   const double squares = sums.squares + square((1.0 - gain) / kGainDeviation);
@@ -272,36 +268,28 @@ void DriveTrainLearning::compare() {
 /// and a lag too long would let the robot overshoot. True if the timing changed.
 bool DriveTrainLearning::takeOver(bool ended) {
   if (!explained()) return false;
-  const auto at = [&](int lag, int late) {
-    return minima_[static_cast<std::size_t>(lag)][static_cast<std::size_t>(late)].free_energy;
-  };
   // The present lag lies between two of the grid.
   const double index = std::clamp(indexOf(timing_.lag), 0.0, kLags - 1.001);
   const int known = static_cast<int>(index);
-  const auto atKnown = [&](int late) {
-    return at(known, late) + (index - known) * (at(known + 1, late) - at(known, late));
+  const auto at = [&](int lag, int late) {
+    const auto of = [&](int i) {
+      return minima_[static_cast<std::size_t>(i)][static_cast<std::size_t>(late)].free_energy;
+    };
+    return ended ? of(lag) : of(known) + (index - known) * (of(known + 1) - of(known));
   };
   int lag = 1, late = 1;
   for (int j = 1; j + 1 < DriveTrainFit::kGrid; ++j) {
-    if (!ended && atKnown(j) < atKnown(late)) late = j;
-    for (int i = 1; ended && i + 1 < kLags; ++i) {
+    for (int i = 1; i + 1 < kLags; ++i) {
       if (at(i, j) < at(lag, late)) lag = i, late = j;
     }
   }
   // F by the indices of dead time and lag, about the least one.
-  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d H = Eigen::Matrix2d::Identity();
-  if (ended) {
-    const auto about = [&](int later, int slower) { return at(lag + slower, late + later) - at(lag, late); };
-    gradient << 0.5 * (about(1, 0) - about(-1, 0)), 0.5 * (about(0, 1) - about(0, -1));
-    H(0, 0) = about(1, 0) + about(-1, 0);
-    H(1, 1) = about(0, 1) + about(0, -1);
-    H(0, 1) = H(1, 0) = 0.25 * (about(1, 1) - about(1, -1) - about(-1, 1) + about(-1, -1));
-  } else {
-    gradient(0) = 0.5 * (atKnown(late + 1) - atKnown(late - 1));
-    H(0, 0) = atKnown(late + 1) + atKnown(late - 1) - 2.0 * atKnown(late);
-    lag = known + (index - known > 0.5 ? 1 : 0);
-  }
+  const auto about = [&](int later, int slower) { return at(lag + slower, late + later) - at(lag, late); };
+  const Eigen::Vector2d gradient(0.5 * (about(1, 0) - about(-1, 0)), 0.5 * (about(0, 1) - about(0, -1)));
+  const double across = 0.25 * (about(1, 1) - about(1, -1) - about(-1, 1) + about(-1, -1));
+  Eigen::Matrix2d H;
+  H << about(1, 0) + about(-1, 0), across, across, ended ? about(0, 1) + about(0, -1) : 1.0;
+  if (!ended) lag = known + (index - known > 0.5 ? 1 : 0);
   if (H(0, 0) <= 0.0 || H.determinant() <= 0.0) return false;
   const Eigen::Vector2d vertex = (-H.inverse() * gradient).cwiseMax(-1.0).cwiseMin(1.0);
   DriveTrainTiming found = timing_;

@@ -32,12 +32,6 @@ double DriveTrainReference::input(double wanted) const {
   return (state_(0) + change - transition_.row(0).dot(state_)) / input_(0);
 }
 
-void DriveTrainReference::take(double r) {
-  before_ = state_;
-  r_ = r;
-  state_ = transition_ * before_ + input_ * r_;
-}
-
 DriveTrainReference DriveTrainReference::minus(const DriveTrainReference& other) const {
   DriveTrainReference difference = *this;
   difference.state_ -= other.state_;

@@ -9,12 +9,10 @@
 
 namespace jackal_aic {
 
-void MotionUncertainty::Innovations::learn(double free_energy, double step) {
-  const double value = std::min(2.0 * free_energy, kLargestFactor);
-  average(mean, std::min(value, square(thresholds::kSure) * mean), step, thresholds::kNoiseMemory);
+void MotionUncertainty::learn(double& factor, double free_energy, double step) {
+  average(factor, std::min(2.0 * free_energy, square(thresholds::kSure) * factor), step, thresholds::kNoiseMemory);
+  factor = std::clamp(factor, kLeastFactor, kLargestFactor);
 }
-
-double MotionUncertainty::Innovations::factor() const { return std::clamp(mean, kLeastFactor, kLargestFactor); }
 
 void MotionUncertainty::predict(double left_acceleration, double right_acceleration, double step) {
   if (on_box_) return;
@@ -30,24 +28,23 @@ void MotionUncertainty::learnTurn(double yaw_rate, double usual, double step) {
 }
 
 double MotionUncertainty::forwardVariance(double believed, const BodyVector& velocity, double ahead) const {
-  const double factor = wheels_.factor();
-  if (on_box_) return factor * believed + square(ahead);
-  const double slip = square(std::max(1.0, factor)) * 0.5 * slip_.squaredNorm();
+  if (on_box_) return wheels_ * believed + square(ahead);
+  const double slip = square(std::max(1.0, wheels_)) * 0.5 * slip_.squaredNorm();
   const double centre = square(kCentreDeviation) + square(kCentrePerTurn) * turn_;  // c² = c₀² + l² q²
   // φ P + φ² ½ (s_L² + s_R²) + Δẋ² + c² θ̇² + ρ² ẋ²
-  return factor * believed + slip + square(ahead) + centre * square(velocity(kYaw)) +
+  return wheels_ * believed + slip + square(ahead) + centre * square(velocity(kYaw)) +
          square(kRadiusDeviation * velocity(kForward));
 }
 
 double MotionUncertainty::yawVariance(double believed, const BodyVector& velocity, double ahead) const {
-  if (on_box_) return wheels_.factor() * believed + square(ahead);
+  if (on_box_) return wheels_ * believed + square(ahead);
   // φ P + Δθ̇² + (m q θ̇)²
-  return gyro_.factor() * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_;
+  return gyro_ * believed + square(ahead) + square(kYawPerTurn * velocity(kYaw)) * turn_;
 }
 
 void MotionUncertainty::resetMotion() {
   slip_.setZero();
-  wheels_ = gyro_ = {};
+  wheels_ = gyro_ = 1.0;
 }
 
 }  // namespace jackal_aic

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kCertainTurn = 7.0;  // least difference of the wheel speeds to learn from, standard deviations of it
 constexpr double kDelayDeviations = 2.0;  // by which the body may follow late
-constexpr double kLoadLasts = 0.3;        // s for which the load of a turn acts on the motors afterwards
+constexpr double kLoadLasts = 0.3;  // s for which the load of a turn acts on the motors afterwards
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
@@ -24,9 +24,9 @@ Turn turnOf(const GeometryParameters& geometry) {
   return Turn({geometry.effective_track, geometry.slip_factor}, geometry.wheel_radius, geometry.track_range);
 }
 
-PredictiveParameters validated(const PredictiveParameters& parameters) {
-  validate(parameters);
-  return parameters;
+void requirePositive(const char* name, double value) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  throw ParameterError(fmt::format("slip.{} = {:g}: must be positive", name, value));
 }
 
 void requireNotNegative(const char* name, double value, const char* unit) {
@@ -34,22 +34,11 @@ void requireNotNegative(const char* name, double value, const char* unit) {
   throw ParameterError(fmt::format("drive_train.{} = {:g} {}: must be 0 or more", name, value, unit));
 }
 
-void requirePositive(const char* name, double value) {
-  if (value > 0.0 && std::isfinite(value)) return;
-  throw ParameterError(fmt::format("slip.{} = {:g}: must be positive", name, value));
-}
-
-void requireSameRate(const char* key, double wanted, double running) {
-  if (wanted == running) return;
-  throw ParameterError(
-      fmt::format("predictive.{} = {:g} Hz: must stay {:g} Hz while the controller runs", key, wanted, running));
-}
-
 }  // namespace
 
 PredictiveController::PredictiveController(const PredictiveParameters& parameters, const GeometryParameters& geometry,
                                            const PlantModel& model)
-    : parameters_(validated(parameters)),
+    : parameters_(validate(parameters)),
       geometry_(geometry),
       configured_model_(model),
       model_(model),
@@ -119,10 +108,9 @@ void PredictiveController::correct(const Observation& y) {
   watchTurn();
   errors_(kYawRate) = y.yaw_rate - yaw_.yawRate();
   learnTurn(y);
-  const double of_wheels = correctWheels(y);
+  free_energy_ = correctWheels(y);
   const double of_yaw_rate = correctYawRate(y);
-  free_energy_ = of_wheels + of_yaw_rate;
-  if (const int measured = observedWheels(y)) uncertainty_.learnWheels(of_wheels / measured, observation_step_);
+  free_energy_ += of_yaw_rate;
   if (y.valid.yaw_rate) {
     uncertainty_.learnGyro(of_yaw_rate, observation_step_);
     uncertainty_.learnTurn(y.yaw_rate, turn_.usualYawRate(wheels()), observation_step_);
@@ -154,8 +142,7 @@ void PredictiveController::learnTurn(const Observation& y) {
 void PredictiveController::learnDriveTrain(const Observation& y) {
   if (!learnsDriveTrain()) return;
   if (!y.valid.wheel_left || !y.valid.wheel_right) return withdrawGain();
-  const auto timing = drive_train_.correct({y.wheel_left, y.wheel_right}, observation_step_);
-  if (timing) setTiming(*timing);
+  if (drive_train_.correct({y.wheel_left, y.wheel_right}, observation_step_)) setTiming(drive_train_.timing());
 }
 
 void PredictiveController::withdrawGain() {
@@ -183,30 +170,20 @@ void PredictiveController::watchTurn() {
 
 double PredictiveController::correctWheels(const Observation& y) {
   // An invalid channel leaves its belief to the model, or to the yaw rate and the other wheel.
-  errors_(kWheelLeft) = y.valid.wheel_left ? y.wheel_left - left().speed() : 0.0;
-  errors_(kWheelRight) = y.valid.wheel_right ? y.wheel_right - right().speed() : 0.0;
-  const bool yaw_tells = y.valid.yaw_rate && !model_.on_box;
-  const bool one_stands_in = yaw_tells && y.valid.wheel_left != y.valid.wheel_right;
-  const double mean = 0.5 * (left().speed() + right().speed());
-  const double difference = one_stands_in ? turn_.wheelDifference(y.yaw_rate, mean) : 0.0;
+  const bool one_stands_in = y.valid.yaw_rate && !model_.on_box && y.valid.wheel_left != y.valid.wheel_right;
+  const double difference = one_stands_in ? turn_.wheelDifference(y.yaw_rate, wheels().mean()) : 0.0;
   double free_energy = 0.0;
-  if (y.valid.wheel_left) {
-    free_energy += left_.correct(y.wheel_left);
-  } else if (one_stands_in) {
-    free_energy += left_.correct(y.wheel_right - difference, standInVariance());
-  }
-  if (y.valid.wheel_right) {
-    free_energy += right_.correct(y.wheel_right);
-  } else if (one_stands_in) {
-    free_energy += right_.correct(y.wheel_left + difference, standInVariance());
-  }
+  int known = 0;
+  const auto correct = [&](WheelController& wheel, bool valid, double measured, double stand_in, double& error) {
+    error = valid ? measured - wheel.belief().speed() : 0.0;
+    if (!valid && !one_stands_in) return;
+    free_energy += valid ? wheel.correct(measured) : wheel.correct(stand_in, standInVariance());
+    ++known;
+  };
+  correct(left_, y.valid.wheel_left, y.wheel_left, y.wheel_right - difference, errors_(kWheelLeft));
+  correct(right_, y.valid.wheel_right, y.wheel_right, y.wheel_left + difference, errors_(kWheelRight));
+  if (known > 0) uncertainty_.learnWheels(free_energy / known, observation_step_);
   return free_energy;
-}
-
-/// Wheels with a known speed: measured, or one reconstructed from the other and the yaw rate.
-int PredictiveController::observedWheels(const Observation& y) const {
-  const int measured = (y.valid.wheel_left ? 1 : 0) + (y.valid.wheel_right ? 1 : 0);
-  return measured == 1 && y.valid.yaw_rate && !model_.on_box ? 2 : measured;
 }
 
 double PredictiveController::standInVariance() const {
@@ -236,19 +213,16 @@ void PredictiveController::correctForwardSpeed(const Observation& y) {
 
 WheelCommand PredictiveController::updateAction() {
   if (!started_) return action();
-  const WheelVector input = inputs();
-  const WheelVector before(left_.effectiveAction(), right_.effectiveAction());
+  const auto effective = [this] { return WheelVector(left_.effectiveAction(), right_.effectiveAction()); };
+  const WheelVector input = inputs(), before = effective();
   left_.act(input(0));
   right_.act(input(1));
-  const WheelVector sides =
-      sides_.bound(before, {left_.effectiveAction(), right_.effectiveAction()}, input / configured_model_.gain);
+  const WheelVector sides = sides_.bound(before, effective(), input / configured_model_.gain);
   left_.limit(sides(0));
   right_.limit(sides(1));
   const bool has_to_stand = set_point_.forward == 0.0 && set_point_.yaw_rate == 0.0;
   // Within the dead zone an effective command of zero is a large command without effect.
-  const WheelCommand effective{left_.effectiveAction(), right_.effectiveAction()};
-  const double most = standstill_.largestCommand(has_to_stand, effective, left().speed(), right().speed(),
-                                                 1.0 / parameters_.action_rate);
+  const double most = standstill_.largestCommand(has_to_stand, sides, wheels(), 1.0 / parameters_.action_rate);
   if (std::isfinite(most)) {
     left_.rest(most);
     right_.rest(most);
@@ -277,7 +251,7 @@ void PredictiveController::overrule(const WheelCommand& applied) {
   left_.overrule(applied.left);
   right_.overrule(applied.right);
   // Another source drives, so the robot does not count as standing at the hand-over.
-  standstill_.largestCommand(false, applied, left().speed(), right().speed(), 1.0 / parameters_.action_rate);
+  standstill_.largestCommand(false, applied.vector(), wheels(), 1.0 / parameters_.action_rate);
   drive_train_.resetMotion();
 }
 
@@ -288,8 +262,8 @@ void PredictiveController::setTurnLimits(double acceleration, double deceleratio
 
 void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   validate(parameters);
-  requireSameRate("belief_rate", parameters.belief_rate, parameters_.belief_rate);
-  requireSameRate("action_rate", parameters.action_rate, parameters_.action_rate);
+  requireUnchanged("predictive.belief_rate", parameters.belief_rate, parameters_.belief_rate);
+  requireUnchanged("predictive.action_rate", parameters.action_rate, parameters_.action_rate);
   parameters_ = parameters;
   left_.setParameters(parameters);
   right_.setParameters(parameters);

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "jackal_aic/aic/parameters.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -11,23 +13,18 @@ constexpr double kTimingTimeConstant = 0.035;  // s; for motors of a Jackal's si
 constexpr double kTurningTimeConstant = 0.1;   // s; in which a soft velocity loop compensates the ground's torque
 constexpr double kLimitDeviation = 0.6;        // of the motors' acceleration limit; half of it is usual
 
-bool isWhole(double ratio) { return ratio >= 1.0 - 1e-9 && std::abs(ratio - std::round(ratio)) < 1e-9 * ratio; }
-
 }  // namespace
 
 int PredictiveParameters::beliefStepsPerAction() const {
   return static_cast<int>(std::lround(belief_rate / action_rate));
 }
 
-void validate(const PredictiveParameters& parameters) {
-  if (!isWhole(parameters.belief_rate / parameters.action_rate)) {
-    throw ParameterError(
-        fmt::format("predictive.belief_rate = {:g} Hz: must be a whole multiple of predictive.action_rate = {:g} Hz",
-                    parameters.belief_rate, parameters.action_rate));
-  }
+const PredictiveParameters& validate(const PredictiveParameters& parameters) {
+  requireWholeRatio("predictive", parameters.belief_rate, parameters.action_rate);
   if (!isWhole(1.0 / (parameters.belief_rate * WheelBelief::kStep))) {
     throw ParameterError(fmt::format("predictive.belief_rate = {:g} Hz: must divide 1000 Hz", parameters.belief_rate));
   }
+  return parameters;
 }
 
 WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& p) {

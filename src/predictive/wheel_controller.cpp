@@ -16,7 +16,7 @@ WheelController::WheelController(const PredictiveParameters& parameters, const P
       path_(model, wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate) {}
 
 void WheelController::act(double input) {
-  path_.take(input);
+  path_.follow(input);
   // v ← v − κ_a (∂²F/∂v²)⁻¹ ∂F/∂v with F = ½ ε_a²/Σ_a, ε_a = g v + d − w*
   const double error = gain_ * effective_ + belief_.disturbance() - input;
   const Range most = withinRange(input, input);  // of a robot with the configured gain
@@ -44,8 +44,7 @@ void WheelController::drive(double applied, double effective) {
 }
 
 void WheelController::rest(double most) {
-  const double effective = limited(effective_, most);
-  drive(dead_zone_.command(effective), effective);
+  limit(limited(effective_, most));
   path_.reset(0.0);
 }
 

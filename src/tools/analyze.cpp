@@ -113,7 +113,6 @@ Finding certificateOf(const LinearLoop& loop, const LoopOn& loop_on, bool jitter
   std::string figures = "advice: " + yamlQuoted(advice(certificate, loop)) + "\n" +
                         number("belief_spectral_radius", certificate.belief_spectral_radius, "below 1: stable") +
                         number("loop_spectral_radius", certificate.spectral_radius, "below 1: stable") +
-                        number("radius_uncertainty", certificate.radius_uncertainty, "of that") +
                         marginsOf(certificate, largest_delay) +
                         flag("stable", certificate.stable(), "the loop on this robot") +
                         number("period_s", certificate.period, "s, common period of the timers");

@@ -250,7 +250,7 @@ TEST(CertificateVerification, NoPhaseIsWorseThanTheWorst) {
   for (int compared = 0; compared < 300;) {
     const Thesis c = drawThesis(draw);
     const LinearLoop loop(c.controller, c.geometry, c.plant);
-    const double worst = loop.worstSpectralRadius(LoopMode::straight).value;
+    const double worst = loop.worstSpectralRadius(LoopMode::straight);
     if (!(std::abs(worst - 1.0) < 0.02)) continue;
     ++compared;
     for (int i = 0; i <= 40; ++i) {

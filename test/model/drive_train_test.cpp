@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "jackal_aic/model/plant_model.hpp"
+#include "jackal_aic/model/wheel_belief.hpp"
 
 namespace jackal_aic {
 namespace {
@@ -108,8 +109,8 @@ TEST(CommandsUnderWay, KeepTheLatestWhenTheDeadTimeChanges) {
   for (int k = 13; k <= 20; ++k) EXPECT_EQ(longer.step(k), k - 9);
 }
 
-TEST(DriveTrainPrediction, IsAtRestOfTheLoopAfterAReset) {
-  DriveTrainPrediction wheel(model(0.04, 8.0), kRadius);
+TEST(WheelBelief, IsAtRestOfTheLoopAfterAReset) {
+  WheelBelief wheel(model(0.04, 8.0), kRadius, {});
   wheel.reset(3.0);
   for (int k = 0; k < 50; ++k) wheel.predict(0.0);
   EXPECT_NEAR(wheel.speed(), 3.0, 1e-12) << "the command that drove it is still under way";

@@ -162,7 +162,7 @@ TEST(WheelBelief, VarianceAtTheLimitStaysPositive) {
   for (const double limit : {0.3, 0.6, 1.0}) {
     robot.acceleration_limit = limit;
     WheelBelief belief(told, kRadius, parameters);
-    DriveTrainPrediction motor(robot, kRadius);
+    WheelBelief motor(robot, kRadius, {});
     std::mt19937 random(1);
     std::uniform_real_distribution<double> any(-8.0, 8.0);
     double command = 0.0;

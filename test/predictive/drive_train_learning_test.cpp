@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "jackal_aic/model/wheel_belief.hpp"
+
 namespace jackal_aic {
 namespace {
 
@@ -25,7 +27,7 @@ PlantModel modelWith(double dead_time, double lag) {
 class LearningFromARobot {
  public:
   LearningFromARobot(const PlantModel& robot, const PlantModel& configured, double noise = 0.03, unsigned seed = 1)
-      : robot_(robot, kRadius), learning_(configured, kRadius, kVariance), generator_(seed), noise_(0.0, noise) {
+      : robot_(robot, kRadius, {}), learning_(configured, kRadius, kVariance), generator_(seed), noise_(0.0, noise) {
     robot_.reset(0.0);
   }
 
@@ -69,7 +71,7 @@ class LearningFromARobot {
   DriveTrainLearning& learning() { return learning_; }
 
  private:
-  DriveTrainPrediction robot_;
+  WheelBelief robot_;
   DriveTrainLearning learning_;
   std::mt19937 generator_;
   std::normal_distribution<double> noise_;
@@ -176,7 +178,7 @@ TEST(DriveTrainLearning, LoadOfATurnIsNoLag) {
   configured.velocity_loop_integral = 0.0;
   for (const unsigned seed : {1u, 2u, 3u}) {
     DriveTrainLearning learning(configured, kRadius, kVariance);
-    DriveTrainPrediction motor(configured, kRadius);
+    WheelBelief motor(configured, kRadius, {});
     std::mt19937 generator(seed);
     std::normal_distribution<double> noise(0.0, 0.012);
     double load = 0.0;

@@ -106,7 +106,7 @@ PlantModel driveTrain(double lag, double integral, double acceleration_limit) {
 /// Takes the input towards a wheel speed.
 double advance(DriveTrainReference& path, double wanted) {
   const double input = path.input(wanted);
-  path.take(input);
+  path.follow(input);
   return input;
 }
 
@@ -134,7 +134,7 @@ TEST(DriveTrainReference, InputOfLimitedChangeEndsInTime) {
         const double wanted = path.input(6.0);
         const double r = in_time ? path.inTime(6.0, wanted, largest_change) : wanted;
         before += std::clamp(r - before, -largest_change, largest_change);
-        path.take(before);
+        path.follow(before);
         fastest = std::max(fastest, path.speed());
         if (std::abs(path.speed() - 6.0) > 0.3) settled = k + 1;
       }

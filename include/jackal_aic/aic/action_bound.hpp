@@ -19,7 +19,6 @@
 
 #include <array>
 #include <limits>
-#include <optional>
 
 #include "jackal_aic/model/drive_train.hpp"
 #include "jackal_aic/model/plant_model.hpp"
@@ -28,11 +27,11 @@
 
 namespace jackal_aic {
 
-/// Bounds of the action of both wheels; none without a plant model. Nothing here allocates.
+/// Bounds of the action of both wheels. Nothing here allocates.
 class ActionBound {
  public:
-  /// @param model drive train of the robot, if it is known; @param period of the action [s].
-  ActionBound(const std::optional<PlantModel>& model, const GeometryParameters& geometry, double period);
+  /// @param model drive train of the robot; @param period of the action [s].
+  ActionBound(const PlantModel& model, const GeometryParameters& geometry, double period);
 
   /// Takes a measurement with a value in every channel. @param measured the channels that were measured; a wheel
   /// without a measured speed has an unknown acceleration.
@@ -60,15 +59,16 @@ class ActionBound {
     void observe(double measured_at, double measured);
   };
 
+  double commandOf(double speed) const { return dead_zone_.command(speed / gain_); }
   WheelVector followable(const WheelVector& action, const WheelVector& wanted, bool stop) const;
   bool acceleratesTo(double goal, const Wheel& wheel) const;
 
-  double period_;                                                  // s
-  double acceleration_ = std::numeric_limits<double>::infinity();  // limit of a motor [rad/s^2]; infinite: no model
-  double gain_ = 1.0;                                              // wheel speed / effective command
-  DeadZone dead_zone_{PlantModel{}};                               // of the motors
-  double ramp_ = 0.0;                                              // of a motor at its limit, in a period [rad/s]
-  WheelVector followed_ = WheelVector::Zero();                     // effective command [rad/s]
+  double period_;                               // s
+  double acceleration_;                         // limit of a motor [rad/s^2]
+  double gain_;                                 // wheel speed / effective command
+  DeadZone dead_zone_;                          // of the motors
+  double ramp_;                                 // of a motor at its limit, in a period [rad/s]
+  WheelVector followed_ = WheelVector::Zero();  // effective command [rad/s]
   SideBalance sides_;
   std::array<Wheel, 2> wheels_;  // left and right
 };

@@ -76,15 +76,14 @@ class ActiveInferenceController : public VelocityController {
   int beliefStepsPerAction() const override { return parameters_.beliefStepsPerAction(); }
 
  private:
-  double largestCommand(bool set_point_is_zero);
+  WheelVector wheelSpeeds() const { return measurement().col(0).segment<2>(kWheelLeft); }
 
   ControllerParameters parameters_;
-  std::optional<PlantModel> plant_model_;
   SkidSteerKinematics kinematics_;
   ActiveInference<GenerativeModel> inference_;
   Generalization<kSensorSize> sensors_;
-  ActionBound bound_;
-  std::optional<Standstill> standstill_;  // with a plant model
+  std::optional<ActionBound> bound_;  // with a plant model
+  Standstill standstill_;             // the same
 };
 
 }  // namespace jackal_aic

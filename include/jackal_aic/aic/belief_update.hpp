@@ -83,8 +83,8 @@ class BeliefUpdate {
   const Matrix& transition() const { return transition_; }             ///< Phi
   const Matrix& inputTransition() const { return input_transition_; }  ///< Gamma
 
-  /// Spectral radius of transition() with its uncertainty on top; the belief update converges if it is below 1.
-  double spectralRadius() const { return spectralRadiusOf(transition_).upper(); }
+  /// Spectral radius of transition(); the belief update converges if it is below 1.
+  double spectralRadius() const { return jackal_aic::spectralRadius(transition_); }
 
   /// h kappa_mu Pi_mu / tau^2 of order 0: Euler diverges beyond a bound of at most 2.
   double eulerNumber() const { return step_ * kappa_mu_ * model_.state_precision(0, 0) / (model_.tau * model_.tau); }

@@ -64,10 +64,16 @@ void describeFields(Visitor& v, ControllerParameters& p) {
 /// Treatment of gains with a diverging belief update: refused for driving, allowed for experiments that show it.
 enum class Divergence { refused, allowed };
 
+/// True if a ratio is a whole number from 1 on, but for rounding.
+bool isWhole(double ratio);
+
+/// @throws ParameterError if the belief rate of a section is not a whole multiple of its action rate [Hz].
+void requireWholeRatio(const char* section, double belief_rate, double action_rate);
+
 /// Checks what single ranges cannot: belief_rate a whole multiple of action_rate, a variance for each order 0..p, and a
-/// belief update that converges with the chosen integrator, rate and gains on this geometry.
+/// belief update that converges with the chosen integrator, rate and gains on this geometry. Returns the same gains.
 /// @throws ParameterError naming the key, the value and the bound.
-void validate(const ControllerParameters& controller, const GeometryParameters& geometry,
-              Divergence divergence = Divergence::refused);
+const ControllerParameters& validate(const ControllerParameters& controller, const GeometryParameters& geometry,
+                                     Divergence divergence = Divergence::refused);
 
 }  // namespace jackal_aic

@@ -23,13 +23,13 @@ class Standstill {
   static constexpr double kReleaseRate = 0.3;     ///< rate of the release [rad/s^2]
 
   /// Advances by an action period [s]. @param set_point_is_zero true without a wanted motion; @param command that would
-  /// be sent [rad/s]; @param left, right believed wheel speeds [rad/s].
+  /// be sent [rad/s]; @param wheels believed speeds [rad/s].
   /// @return largest command to send, either way [rad/s]: infinite, a falling limit during the release, or zero at
   /// rest.
-  double largestCommand(bool set_point_is_zero, const WheelCommand& command, double left, double right, double period) {
+  double largestCommand(bool set_point_is_zero, const WheelVector& command, const WheelVector& wheels, double period) {
     const double part = -std::expm1(-period / kAveragingTime);
-    command_ += part * (bounded({command.left, command.right}) - command_);
-    speed_ += part * (bounded({left, right}) - speed_);
+    command_ += part * (bounded(command) - command_);
+    speed_ += part * (bounded(wheels) - speed_);
     const bool held_back = limit_ < HUGE_VAL;
     const bool rests = speed_.cwiseAbs().maxCoeff() < (held_back ? 2.0 : 1.0) * kRestThreshold;
     if (!set_point_is_zero || !rests) {
@@ -40,7 +40,7 @@ class Standstill {
     rested_ += period;
     if (held_back) return limit_ = std::max(0.0, limit_ - kReleaseRate * period);
     if (command_.cwiseAbs().maxCoeff() < kRestThreshold) return limit_ = 0.0;
-    if (rested_ > 2.0 * kAveragingTime && !needed_) limit_ = command.vector().cwiseAbs().maxCoeff();
+    if (rested_ > 2.0 * kAveragingTime && !needed_) limit_ = command.cwiseAbs().maxCoeff();
     return limit_;
   }
 

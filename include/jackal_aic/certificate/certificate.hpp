@@ -29,8 +29,7 @@ struct MarginBounds {
 /// a quarter of an action period or a tenth of the extra dead time, finds the first change of the verdict; a narrower
 /// gap is missed.
 struct Margins {
-  double spectral_radius = 0.0;     ///< of the map over one common period, for the worst phase
-  double radius_uncertainty = 0.0;  ///< the true radius is not above spectral_radius, and less than this below it
+  double spectral_radius = 0.0;  ///< of the map over one common period, for the worst phase
   double gain_margin = 1.0;  ///< factor on the gain at which the radius is 1: above 1 if stable, else below (0: none);
                              ///< at most kLargestGainMargin
   double gain_reduction = 1.0;   ///< as gain_margin, for a lower gain: below 1 if stable; 0 if none down to 1e-3

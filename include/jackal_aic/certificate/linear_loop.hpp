@@ -65,13 +65,6 @@ struct LoopChange {
   double phase = 0.0;  ///< age of the newest measurement when the action is computed [s], up to longestPhase()
 };
 
-/// One action period of a predictive loop on an irregular clock.
-struct JitteredPeriod {
-  double phase = 0.0;                   ///< age of the sample when the action is computed [s], up to longestPhase()
-  double extra_dead_time = 0.0;         ///< added to the robot's dead time in this period [s]
-  std::optional<Eigen::Vector3d> gain;  ///< of the belief on (w, z, d) for the sample; empty: the sample is lost
-};
-
 /// Linear periodic system of the closed loop. The timers of sensor and action run freely: their phase, the age of a
 /// measurement when it is used, is part of a LoopChange.
 class LinearLoop {
@@ -102,12 +95,12 @@ class LinearLoop {
   /// measurement of the wheels, order i scaled by (sensor period)^i; or belief (w, z, d) and last measurement.
   Eigen::MatrixXd periodMap(LoopMode mode, const LoopChange& change = {}) const;
 
-  /// Spectral radius of periodMap() with its uncertainty (spectral_radius.hpp) on top, so that a radius below 1 is
-  /// stable; infinity if the map is not finite.
+  /// Spectral radius of periodMap() (spectral_radius.hpp), so that a radius below 1 is stable; infinity if the map is
+  /// not finite.
   double spectralRadius(LoopMode mode, const LoopChange& change = {}) const;
 
   /// Spectral radius at the phase where it is largest. @param change its phase is ignored.
-  SpectralRadius worstSpectralRadius(LoopMode mode, const LoopChange& change = {}) const;
+  double worstSpectralRadius(LoopMode mode, LoopChange change = {}) const;
 
   /// True if a mode is stable at every phase.
   bool stable(LoopMode mode, const LoopChange& change = {}) const;
@@ -123,9 +116,12 @@ class LinearLoop {
   /// its final value. Of the thesis' structure only. @param periods number of periods; @param change of the loop.
   Eigen::VectorXd stepResponse(int periods, const LoopChange& change = {}) const;
 
-  /// Map over one action period of a predictive loop, of one size for every extra dead time up to a longest one [s].
-  /// @throws ParameterError of the thesis' structure, and if sensor and action do not have the same rate.
-  Eigen::MatrixXd jitteredMap(const JitteredPeriod& period, double longest_extra) const;
+  /// Map over one action period of a predictive loop on an irregular clock. @param change in this period; @param gain
+  /// of the belief on (w, z, d) for its sample; empty: the sample is lost; @param longest_extra dead time of any period
+  /// [s]: all maps up to it have one size. @throws ParameterError of the thesis' structure, and if sensor and action do
+  /// not have the same rate.
+  Eigen::MatrixXd jitteredMap(const LoopChange& change, const std::optional<Eigen::Vector3d>& gain,
+                              double longest_extra) const;
 
   /// Gains of the predictive belief with irregular samples: for a sample right after another, then those to which it
   /// converges with a sample every 1 to `most_periods` action periods, in this order.
@@ -137,47 +133,44 @@ class LinearLoop {
   /// Gain of the action: kappa_a, or the predictive structure's action_learning_rate.
   double actionGain() const { return action_gain_; }
 
-  /// True if an action bound and a standstill act in addition to the linear loop: in the thesis' structure, unless it
-  /// runs as printed.
-  bool bounded() const { return bounded_; }
-
   const PlantModel& robot() const { return robot_; }                     ///< robot in the loop
   const PlantModel& model() const { return model_ ? *model_ : robot_; }  ///< model of a predictive controller
 
  private:
   /// Controller of a mode, with its state x, the action a and the measured wheel speed w.
   struct Equations {
-    Eigen::MatrixXd sense;                 // a sample: x ← S x + s w
-    Eigen::VectorXd sense_wheel;           // s
-    Eigen::MatrixXd predict;               // an inner step under the command u: x ← P x + p u; empty: none
-    Eigen::VectorXd predict_command;       // p
-    std::vector<Eigen::MatrixXd> believe;  // the i-th belief update of a period: x ← B_i x; empty: none
-    double keep;                           // an action: a ← keep a + A x
-    Eigen::RowVectorXd act;                // A
-    Eigen::VectorXd rest;                  // x in the steady state at a wanted speed of 1
+    Eigen::MatrixXd sense;            // a sample: x ← S x + s w
+    Eigen::VectorXd sense_wheel;      // s
+    Eigen::MatrixXd predict;          // an inner step of a predictive belief under the command u: x ← P x + p u
+    Eigen::VectorXd predict_command;  // p
+    Eigen::MatrixXd believe;          // a belief update of the thesis' structure: x ← B x
+    double keep;                      // an action: a ← keep a + A x
+    Eigen::RowVectorXd act;           // A
+    Eigen::VectorXd rest;             // x in the steady state at a wanted speed of 1
   };
+  /// Of the predictive belief on (w, z, d), for the samples of a period in order; without one a sample is lost.
+  using Gains = std::vector<Eigen::Vector3d>;
+
   /// Phase with the largest radius [s].
   struct WorstPhase {
     double radius, phase;
   };
-  class Period;
 
   Equations thesisEquations(const ControllerParameters& controller, const GeometryParameters& geometry,
                             LoopMode mode) const;
   Equations predictiveEquations() const;
   const Equations& equationsOf(LoopMode mode) const;
-  std::vector<Eigen::Vector3d> convergedGains(std::int64_t phase) const;
-  std::vector<Eigen::MatrixXd> corrections(const std::vector<Eigen::Vector3d>& gains, std::int64_t phase) const;
-  double beliefErrorRadius() const;
+  std::int64_t phaseOf(const LoopChange& change) const;
   WorstPhase worstPhase(LoopMode mode, LoopChange change, double enough) const;
+  Eigen::MatrixXd mapOf(const Equations& equations, const LoopChange& change, const Gains& gains,
+                        int least_commands = 0) const;
 
   PlantModel robot_;
   std::optional<PlantModel> model_;    // of a predictive controller
   std::optional<WheelBelief> belief_;  // of a predictive controller
   LoopClock clock_;
-  std::vector<Eigen::Vector3d> gains_;  // of the predictive belief, for the samples of a period at phase 0
+  Gains gains_;  // at phase 0
   double action_gain_;
-  bool bounded_ = false;
   double belief_radius_ = 0.0;
   std::vector<LoopMode> modes_;
   std::vector<Equations> equations_;  // of each mode

@@ -5,6 +5,7 @@
 /// ParameterMap, and every parameter struct lists its fields once (`describe`), from which loading, validation and
 /// `--set` follow.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -73,54 +74,87 @@ class ParameterMap {
   std::set<std::string> known_;
 };
 
+/// @throws ParameterError if a value that has to stay is not the one in force. @param key its full name.
+void requireUnchanged(const char* key, double wanted, double running);
+
 /// Text of a value as in YAML; a long one is cut.
 std::string describe(const ParameterValue& value);
 
-/// Reads the fields of a parameter struct from a map. A struct S is described by a function
+/// One field of a parameter struct.
+struct Field {
+  std::string name;                ///< last part of its key
+  ParameterValue value;            ///< value in the struct
+  std::optional<Bounds> bounds;    ///< of a number; empty for a whole number without an upper bound
+  std::string unit;                ///< empty: none
+  std::vector<std::string> words;  ///< the allowed words of a choice; else empty
+  Presence presence;               ///< required or optional
+  std::size_t most = 1;            ///< largest number of values of a list of numbers
+};
+
+/// Visitor of a parameter struct. A struct S is described by a function
 /// `template <class V> void describeFields(V& visitor, S& s)` that calls visitor.field(...) once per field.
-class ParameterReader {
+class FieldVisitor {
+ public:
+  virtual ~FieldVisitor() = default;
+
+  /// Number in bounds.
+  void field(const char* name, double& value, Bounds bounds, const char* unit, Presence presence) {
+    visit({name, value, bounds, unit, {}, presence}, value);
+  }
+
+  /// Whole number in bounds.
+  void field(const char* name, int& value, Bounds bounds, const char* unit, Presence presence) {
+    visitAs<std::int64_t>({name, std::int64_t{value}, bounds, unit, {}, presence}, value);
+  }
+
+  /// Non-negative whole number without an upper bound (a random seed).
+  void field(const char* name, std::uint64_t& value, const char* unit, Presence presence) {
+    visitAs<std::int64_t>({name, static_cast<std::int64_t>(value), std::nullopt, unit, {}, presence}, value);
+  }
+
+  /// True or false, a text that is not empty, or a list of words that is not empty.
+  template <class Value>
+  void field(const char* name, Value& value, Presence presence) {
+    visit({name, value, std::nullopt, "", {}, presence}, value);
+  }
+
+  /// One of a list of words, stored as its index.
+  template <class Enum, std::size_t N>
+  void field(const char* name, Enum& value, const std::array<const char*, N>& words, Presence presence) {
+    std::string word = words[static_cast<std::size_t>(value)];
+    visit({name, word, std::nullopt, "", {words.begin(), words.end()}, presence}, word);
+    value = static_cast<Enum>(std::find(words.begin(), words.end(), word) - words.begin());
+  }
+
+  /// List of numbers, each in bounds, at least one and at most max_size.
+  void field(const char* name, std::vector<double>& value, Bounds bounds, std::size_t max_size, const char* unit,
+             Presence presence) {
+    visit({name, value, bounds, unit, {}, presence, max_size}, value);
+  }
+
+ private:
+  /// The new value of a field, of the same type; empty if it stays.
+  virtual std::optional<ParameterValue> take(const Field& field) = 0;
+
+  template <class Type, class Value>
+  void visitAs(const Field& field, Value& value) {
+    if (const auto given = take(field)) value = static_cast<Value>(std::get<Type>(*given));
+  }
+  template <class Value>
+  void visit(const Field& field, Value& value) {
+    visitAs<Value>(field, value);
+  }
+};
+
+/// Reads the fields of a parameter struct from a map. field() throws ParameterError for a value of another type, NaN,
+/// out of bounds, or missing though required.
+class ParameterReader : public FieldVisitor {
  public:
   /// @param map source; @param prefix dotted prefix of the struct's keys, e.g. "controller".
   ParameterReader(ParameterMap& map, std::string prefix) : map_(map), prefix_(std::move(prefix)) {}
 
-  /// Number in bounds. Throws ParameterError if missing though required, not a number, NaN, infinite or out of bounds.
-  void field(const char* name, double& value, Bounds bounds, const char* unit, Presence presence);
-
-  /// Whole number in bounds. Throws as for a number, and for a fraction.
-  void field(const char* name, int& value, Bounds bounds, const char* unit, Presence presence);
-
-  /// Non-negative whole number without an upper bound (a random seed). Throws as above.
-  void field(const char* name, std::uint64_t& value, const char* unit, Presence presence);
-
-  /// true or false. Throws if it is neither.
-  void field(const char* name, bool& value, Presence presence);
-
-  /// One of a list of words, stored as its index. Throws ParameterError with the list.
-  template <class Enum, std::size_t N>
-  void field(const char* name, Enum& value, const std::array<const char*, N>& words, Presence presence) {
-    const std::vector<std::string> list(words.begin(), words.end());
-    const int index = choice(name, list, presence);
-    if (index >= 0) value = static_cast<Enum>(index);
-  }
-
-  /// Any text. Throws if it is not a string or is empty though required.
-  void field(const char* name, std::string& value, Presence presence);
-
-  /// List of words. Throws if it is not a list of strings or is empty.
-  void field(const char* name, std::vector<std::string>& value, Presence presence);
-
-  /// List of numbers, each in bounds, at least one and at most max_size. Throws as for a number, naming the index.
-  void field(const char* name, std::vector<double>& value, Bounds bounds, std::size_t max_size, const char* unit,
-             Presence presence);
-
  private:
-  const ParameterValue* lookup(const char* name, Presence presence, const std::string& expectation);
-  template <class Type, class Suits>
-  const Type* given(const char* name, Presence presence, const std::string& expectation, Suits suits);
-  std::optional<double> numberIn(const char* name, Bounds bounds, const char* unit, Presence presence, bool whole);
-  [[noreturn]] void refuse(const char* name, const ParameterValue& given, const std::string& expectation) const;
-  int choice(const char* name, const std::vector<std::string>& words, Presence presence);
-  std::string key(const char* name) const { return prefix_.empty() ? name : prefix_ + "." + name; }
+  std::optional<ParameterValue> take(const Field& field) override;
 
   ParameterMap& map_;
   std::string prefix_;
@@ -134,49 +168,16 @@ S readParameters(ParameterMap& map, const std::string& prefix, S defaults = S{})
   return defaults;
 }
 
-/// One field of a parameter struct, as describeFields() lists it.
-struct Field {
-  std::string name;                ///< last part of its key
-  ParameterValue value;            ///< value in the struct
-  std::optional<Bounds> bounds;    ///< of a number; empty for a whole number without an upper bound
-  std::string unit;                ///< empty: none
-  std::vector<std::string> words;  ///< the allowed words of a choice; else empty
-  Presence presence;               ///< required or optional
-};
-
-/// Lists the fields of a parameter struct for writing: the opposite of ParameterReader.
-class FieldList {
+/// Lists the fields of a parameter struct with their values, in its order.
+class FieldList : public FieldVisitor {
  public:
-  /// One overload for each of ParameterReader's: a number in bounds.
-  void field(const char* name, double value, Bounds bounds, const char* unit, Presence presence) {
-    fields.push_back({name, value, bounds, unit, {}, presence});
-  }
-  /// A whole number in bounds.
-  void field(const char* name, int value, Bounds bounds, const char* unit, Presence presence) {
-    fields.push_back({name, std::int64_t{value}, bounds, unit, {}, presence});
-  }
-  /// A whole number from 0 on.
-  void field(const char* name, std::uint64_t value, const char* unit, Presence presence) {
-    fields.push_back({name, static_cast<std::int64_t>(value), std::nullopt, unit, {}, presence});
-  }
-  /// True or false, a text, or texts.
-  template <class Value>
-  void field(const char* name, const Value& value, Presence presence) {
-    fields.push_back({name, value, std::nullopt, "", {}, presence});
-  }
-  /// Numbers in bounds.
-  void field(const char* name, const std::vector<double>& value, Bounds bounds, std::size_t, const char* unit,
-             Presence presence) {
-    fields.push_back({name, value, bounds, unit, {}, presence});
-  }
-  /// One of several words.
-  template <class Enum, std::size_t N>
-  void field(const char* name, Enum value, const std::array<const char*, N>& words, Presence presence) {
-    const std::string word = words[static_cast<std::size_t>(value)];
-    fields.push_back({name, word, std::nullopt, "", {words.begin(), words.end()}, presence});
-  }
+  std::vector<Field> fields;  ///< visited so far
 
-  std::vector<Field> fields;  ///< in the order in which the struct lists them
+ private:
+  std::optional<ParameterValue> take(const Field& field) override {
+    fields.push_back(field);
+    return std::nullopt;
+  }
 };
 
 /// The fields of a parameter struct with their values.

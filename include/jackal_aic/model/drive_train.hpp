@@ -68,11 +68,6 @@ struct Pace {
 /// Response over a time [s]. @param lag [s], 0 follows at once; @param limit of dw/dt [rad/s^2].
 Pace paceOf(double lag, double limit, double time);
 
-/// Speed [rad/s] of a drive train without velocity-loop integral after any time [s] with one target: the exact
-/// solution, at the acceleration limit and below it. @param lag [s], 0 follows at once; @param limit of dw/dt
-/// [rad/s^2].
-double speedAfter(double speed, double target, double lag, double limit, double time);
-
 /// Linear response of (w, z) over a time during which one input acts.
 struct DriveTrainResponse {
   Eigen::Matrix2d transition;  ///< of (w, z)
@@ -167,27 +162,6 @@ class DriveTrain {
   double limit_;
   Eigen::Matrix3d transition_;
   Eigen::Vector3d input_;
-};
-
-/// A wheel predicted by its drive train alone, without measurements. Only the constructor allocates.
-class DriveTrainPrediction {
- public:
-  /// At rest. @param wheel_radius r [m].
-  DriveTrainPrediction(const PlantModel& model, double wheel_radius);
-
-  /// Advances by DriveTrain::kStep under a command u [rad/s].
-  void predict(double command) { drive_train_.step(x_, commands_.step(dead_zone_.effective(command))); }
-
-  /// Starts at a steady speed [rad/s] under its command.
-  void reset(double speed);
-
-  double speed() const { return x_(0); }  ///< w [rad/s]
-
- private:
-  DriveTrain drive_train_;
-  DeadZone dead_zone_;
-  CommandsUnderWay commands_;  // effective ones
-  Eigen::Vector3d x_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace jackal_aic

@@ -15,7 +15,7 @@ inline constexpr double kGrip = 3.0;     ///< wheels that accelerate more may sl
 // Times.
 inline constexpr double kGap = 0.2;        ///< samples of a source that lie further apart have a gap between them [s]
 inline constexpr double kPatience = 0.3;   ///< a finding counts that lasts longer; after it a motion has settled [s]
-inline constexpr double kRounding = 1e-6;  ///< difference of equal times [s]
+inline constexpr double kRounding = 1e-6;  ///< difference of equal times [s] or lengths [m]
 
 // Forgetting: T of keptAfter() and average() (forgetting.hpp).
 inline constexpr double kMotionMemory = 0.2;   ///< of the present motion [s]

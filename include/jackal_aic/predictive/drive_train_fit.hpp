@@ -79,8 +79,6 @@ class DriveTrainFit {
   };
 
   Speeds input(double given) const;
-  void step(Wheel& wheel, double given);
-  void observe(const Wheel& wheel, double filtered, double weight, double part);
 
   double model_gain_, integral_;  // of the model
   double gain_ = 1.0;             // gamma_0

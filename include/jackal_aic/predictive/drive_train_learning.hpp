@@ -24,7 +24,6 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "jackal_aic/config/parameter_map.hpp"
@@ -66,8 +65,8 @@ class DriveTrainLearning {
   /// Advances by DriveTrain::kStep. @param given present effective commands [rad/s].
   void predict(const WheelVector& given);
 
-  /// Takes measured wheel speeds [rad/s]. @param step since the last ones [s]. Returns the new timing, if it changed.
-  std::optional<DriveTrainTiming> correct(const WheelVector& measured, double step);
+  /// Takes measured wheel speeds [rad/s]. @param step since the last ones [s]. True if the timing changed.
+  bool correct(const WheelVector& measured, double step);
 
   /// An encoder is excluded, or commands did not reach the motors: as resetMotion(), and withdraws the learned gain,
   /// which may have come from them. True if the timing changed.

@@ -25,9 +25,6 @@ class DriveTrainReference {
   /// The input r [rad/s] towards a wheel speed [rad/s] in the next action period.
   double input(double wanted) const;
 
-  /// Advances by one action period with this input [rad/s], within the acceleration limit.
-  void take(double r);
-
   /// The path of the difference of two wheels with the same drive train.
   DriveTrainReference minus(const DriveTrainReference& other) const;
 
@@ -36,7 +33,7 @@ class DriveTrainReference {
   /// in a period [rad/s]. An r that needs no change is returned unchanged.
   double inTime(double wanted, double r, double largest_change) const;
 
-  /// Advances by one action period as the model does under an input r [rad/s].
+  /// Advances by one action period as the model does under an input r [rad/s], within its acceleration limit.
   void follow(double r);
 
   /// Repeats the last period with an additional input [rad/s].

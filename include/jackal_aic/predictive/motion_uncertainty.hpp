@@ -49,10 +49,10 @@ class MotionUncertainty {
   void predict(double left_acceleration, double right_acceleration, double step);
 
   /// Takes a measurement of the wheels. @param free_energy mean F of both; @param step since the last measurement [s].
-  void learnWheels(double free_energy, double step) { wheels_.learn(free_energy, step); }
+  void learnWheels(double free_energy, double step) { learn(wheels_, free_energy, step); }
 
   /// Takes a measurement of the yaw rate. @param free_energy F of it; @param step since the last measurement [s].
-  void learnGyro(double free_energy, double step) { gyro_.learn(free_energy, step); }
+  void learnGyro(double free_energy, double step) { learn(gyro_, free_energy, step); }
 
   /// Takes a yaw rate of the body [rad/s]. @param usual f [rad/s]; @param step since the last measurement [s].
   void learnTurn(double yaw_rate, double usual, double step);
@@ -69,19 +69,13 @@ class MotionUncertainty {
   void resetMotion();
 
  private:
-  /// Mean of 2 F of a belief.
-  struct Innovations {
-    void learn(double free_energy, double step);
-    double factor() const;  // phi
-
-    double mean = 1.0;
-  };
+  static void learn(double& factor, double free_energy, double step);
 
   double wheel_radius_;
   bool on_box_;
   WheelVector slip_ = WheelVector::Zero();  // s_L, s_R [m/s]
-  Innovations wheels_, gyro_;
-  double turn_ = 0.0;  // q^2
+  double wheels_ = 1.0, gyro_ = 1.0;        // phi
+  double turn_ = 0.0;                       // q^2
 };
 
 }  // namespace jackal_aic

@@ -103,9 +103,8 @@ class PredictiveController : public VelocityController {
   /// Belief about the turn of the body with the wheels.
   const Turn& turn() const { return turn_; }
 
-  /// Sets what was learned before: the turn within the range of the track, and known dead time and lag up to
-  /// kLongestTiming. @throws ParameterError if a value is not finite, a dead time or lag is negative, or another value
-  /// is not positive.
+  /// Sets what was learned before: the turn within the range of the track, and known dead time and lag. @throws
+  /// ParameterError if a value is not finite, track or slip factor is not positive, or the timing is out of its range.
   void setLearned(const LearnedModel& learned);
 
   /// Stops (true) or resumes learning of effective track and drive train.
@@ -141,7 +140,6 @@ class PredictiveController : public VelocityController {
   double correctWheels(const Observation& observation);
   double correctYawRate(const Observation& observation);
   void correctForwardSpeed(const Observation& observation);
-  int observedWheels(const Observation& y) const;
   double standInVariance() const;
   void watchTurn();
   void learnDriveTrain(const Observation& observation);

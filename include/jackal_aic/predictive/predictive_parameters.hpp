@@ -50,8 +50,9 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
   v.field("turning_centre", p.turning_centre, {-1.0, 1.0}, "m", Presence::optional);
 }
 
-/// @throws ParameterError if belief_rate is not a whole multiple of action_rate, or does not divide 1 kHz.
-void validate(const PredictiveParameters& parameters);
+/// The same parameters. @throws ParameterError if belief_rate is not a whole multiple of action_rate, or does not
+/// divide 1 kHz.
+const PredictiveParameters& validate(const PredictiveParameters& parameters);
 
 /// The parameters of the belief about a wheel.
 WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& parameters);

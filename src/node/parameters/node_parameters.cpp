@@ -156,7 +156,8 @@ std::string configurationText(const NodeParameters& parameters) {
   if (parameters.faults) text += yamlBlock("faults", *parameters.faults);
   FieldList others;
   NodeOptions options = parameters;
-  others.field("restart_after_stop", gate.restart_after_stop, kRestartPolicyNames, Presence::optional);
+  RestartPolicy restart_after_stop = gate.restart_after_stop;
+  others.field("restart_after_stop", restart_after_stop, kRestartPolicyNames, Presence::optional);
   describeFields(others, options);
   for (const Field& field : others.fields) {
     const auto* words = std::get_if<std::string>(&field.value);
