@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kCertainTurn = 7.0;  // least difference of the wheel speeds to learn from, standard deviations of it
 constexpr double kDelayDeviations = 2.0;  // by which the body may follow late
-constexpr double kLoadLasts = 0.3;        // s for which the load of a turn acts on the motors afterwards
+constexpr double kLoadLasts = 0.3;  // s for which the load of a turn acts on the motors afterwards
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
@@ -202,10 +202,10 @@ double PredictiveController::correctYawRate(const Observation& y) {
 }
 
 void PredictiveController::correctForwardSpeed(const Observation& y) {
-  if (!y.valid.acceleration) return traction_.miss(observation_step_);
+  const double wheels = forwardSpeedOf(y.wheel_left + y.wheel_right);
+  if (!y.valid.acceleration) return traction_.miss(wheels, observation_step_);
   // The raw accelerometer: its offset at resting wheels may come from a robot that slides on locked wheels. The
   // measured wheels: they may differ from the model.
-  const double wheels = forwardSpeedOf(y.wheel_left + y.wheel_right);
   traction_.correct(wheels, y.acceleration_x, parameters_.accelerometer_variance, yaw_.yawRate(), observation_step_);
 }
 
