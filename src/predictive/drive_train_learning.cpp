@@ -25,7 +25,7 @@ constexpr double kSamplesPerValue = 8.0;   // n_0
 constexpr double kJitter = 0.002;          // s; deviation of the time of a measurement
 constexpr double kModelError = 0.02;       // of any model, relative to the motion
 constexpr double kUnexplained = 0.1;       // the same, above which a motion has another cause
-constexpr double kNoise = 2.0;            // deviations of the encoders, which nothing explains
+constexpr double kNoise = 2.0;             // deviations of the encoders, which nothing explains
 constexpr double kLeastGainChange = 0.03;  // least relevant one of gamma
 constexpr double kSureOdds = 0.5 * thresholds::kSure * thresholds::kSure;  // difference of F that chance does not reach
 

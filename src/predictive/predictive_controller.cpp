@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kCertainTurn = 7.0;  // least difference of the wheel speeds to learn from, standard deviations of it
 constexpr double kDelayDeviations = 2.0;  // by which the body may follow late
-constexpr double kLoadLasts = 0.3;  // s for which the load of a turn acts on the motors afterwards
+constexpr double kLoadLasts = 0.3;        // s for which the load of a turn acts on the motors afterwards
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};

@@ -129,7 +129,7 @@ TEST(Turn, ForgetsDownToThePriorAndNotBelow) {
   EXPECT_LT(covariance(turn)(1, 1), 0.6 * prior(1, 1));
   const Eigen::Vector4d learned = turn.mean();
   const Motion in_place{0.5, 0.0};  // says nothing about the speed
-  turn.pass(600.0);  // the ground's share has faded
+  turn.pass(600.0);                 // the ground's share has faded
   for (int k = 0; k < 150000; ++k) take(turn, yawRateOf(learned, in_place), in_place);
   const Eigen::Matrix4d left = covariance(turn), forgotten = left - prior;
   EXPECT_LT(forgotten.bottomRightCorner(3, 3).cwiseAbs().maxCoeff(), 1e-6);
