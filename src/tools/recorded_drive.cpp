@@ -49,8 +49,9 @@ class MessagePlayer {
     const auto imu = message.instantiate<sensor_msgs::Imu>();
     const ros::Time stamp = wheels ? wheels->header.stamp : imu ? imu->header.stamp : ros::Time();
     // No message comes before it was measured. The recorder's clock is late on a busy machine, or another one.
-    const bool late = stamp > message.getTime() && (stamp - message.getTime()).toSec() < kLateClock;
-    advanceTo(std::max(late ? stamp : message.getTime(), now_));
+    const double late = stamp.isZero() ? 0.0 : (stamp - message.getTime()).toSec();
+    if (late > kFurthestAhead && late < kLateClock) ++recorded_early_;
+    advanceTo(std::max(late > 0.0 && late < kLateClock ? stamp : message.getTime(), now_));
     const auto twist = message.instantiate<geometry_msgs::Twist>();
     const auto stamped = message.instantiate<geometry_msgs::TwistStamped>();
     // Two kinds may share a topic: the set points of the multiplexer are commands, too.
@@ -82,6 +83,9 @@ class MessagePlayer {
 
   /// Numbers of refused sensor messages by reason.
   const std::map<std::string, int>& refusals() const { return refusals_; }
+
+  /// Number of sensor messages that a node would have refused by the recorder's clock.
+  int recordedEarly() const { return recorded_early_; }
 
  private:
   /// The action steps that are due until a time.
@@ -115,6 +119,7 @@ class MessagePlayer {
   RobotStatus status_;
   ros::Time now_;
   std::map<std::string, int> refusals_;
+  int recorded_early_ = 0;
 };
 
 }  // namespace
@@ -186,6 +191,10 @@ std::string RecordedDrive::playMessages(const NodeParameters& parameters, const 
   for (const rosbag::MessageInstance& message : rosbag::View(bag_, rosbag::TopicQuery(names))) player.play(message);
   std::string text = "Messages of the sensors; action steps at their due times\n";
   for (const auto& [why, count] : player.refusals()) text += fmt::format("{} refused: {}\n", count, why);
+  if (player.recordedEarly() > 0) {
+    text += fmt::format("{} recorded more than {:g} s before their stamps: played at their stamps\n",
+                        player.recordedEarly(), kFurthestAhead);
+  }
   return text;
 }
 

@@ -104,7 +104,7 @@ class PlantNode(Plant):
         self.assertEqual((self.feedback[-1].commanded_mode, self.feedback[-1].actual_mode), (Drive.MODE_VELOCITY, Drive.MODE_VELOCITY))
         self.assertAlmostEqual(self.feedback[-1].drivers[1].measured_velocity, 0.3 / RADIUS, delta=1e-3)
         self.run_for(7.5)
-        self.assertAlmostEqual(self.speed(), 0.0, delta=1e-3, msg='command_timeout is 8 s: two of this machine')
+        self.assertAlmostEqual(self.speed(), 0.0, delta=1e-3, msg='command_timeout is 8 s')
         self.drive(-0.1 / RADIUS, 0.1 / RADIUS)
         self.run_for(1.5)
         self.assertGreater(self.yaw_rate(), 0.2)

@@ -234,7 +234,9 @@ TEST(Replay, StaticTransformThatCameLateHoldsFromTheStart) {
 TEST(Replay, NoMessageComesBeforeItWasMeasured) {
   What late;
   late.recorder_late = 0.3;
-  expectSaysNot(run({RecordedBag(late).path(), "--messages"}).text, {"refused"});
+  const std::string said = run({RecordedBag(late).path(), "--messages"}).text;
+  expectSaysNot(said, {"refused"});
+  expectSays(said, {"recorded more than 0.1 s before their stamps: played at their stamps"});
 }
 
 TEST(Replay, BagOfAnotherControllerIsPlayedFromItsMessages) {
