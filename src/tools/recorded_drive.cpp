@@ -48,8 +48,9 @@ class MessagePlayer {
     const auto wheels = message.instantiate<sensor_msgs::JointState>();
     const auto imu = message.instantiate<sensor_msgs::Imu>();
     const ros::Time stamp = wheels ? wheels->header.stamp : imu ? imu->header.stamp : ros::Time();
-    // No message comes before it was measured. The recorder's clock is late on a busy machine, or another one.
-    const double late = stamp.isZero() ? 0.0 : (stamp - message.getTime()).toSec();
+    // No message comes before it was measured. The recorder's clock is late on a busy machine, or another one. In
+    // seconds, as a ros::Duration of any two times overflows.
+    const double late = stamp.isZero() ? 0.0 : stamp.toSec() - message.getTime().toSec();
     if (late > kFurthestAhead && late < kLateClock) ++recorded_early_;
     advanceTo(std::max(late > 0.0 && late < kLateClock ? stamp : message.getTime(), now_));
     const auto twist = message.instantiate<geometry_msgs::Twist>();
@@ -90,7 +91,7 @@ class MessagePlayer {
  private:
   /// The action steps that are due until a time.
   void advanceTo(const ros::Time& now) {
-    if (!now_.isZero() && (now - now_).toSec() < kLongestGap) {
+    if (!now_.isZero() && now.toSec() - now_.toSec() < kLongestGap) {
       for (; now_ + ros::Duration(kStep) < now; now_ += ros::Duration(kStep)) act();
     }
     now_ = now;

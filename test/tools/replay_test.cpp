@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 #include <tuple>
+#include <utility>
 
 #include "../command.hpp"
 #include "../complaint.hpp"
@@ -39,6 +40,7 @@ struct What {
   std::string imu_frame = "base_link";  ///< another has a static transform after a second
   double set_back = 0.0;                ///< of the clock, after kSetBack [s]
   double recorder_late = 0.0;           ///< by which the recorder's clock is [s]
+  bool extreme_stamp = false;           ///< one message of the wheels has the latest stamp there is
   bool middle = false;                  ///< it begins in the middle of a drive, with set points that are not zero
 };
 
@@ -58,6 +60,7 @@ class RecordedBag {
     log.configuration = configurationText(parameters);
     loop.listen([&](const DriveInput& input) { addInput(input, log); });
     Observation wheels, imu;
+    bool extreme_stamp = what.extreme_stamp;
     for (; plant.time() < kDuration; plant.step()) {
       const ros::Duration ahead(plant.time() < kSetBack ? what.set_back : 0.0);
       const ros::Time stamp = sim::stampOf(plant.time()) + ahead;
@@ -86,6 +89,11 @@ class RecordedBag {
         auto feedback = sim::toFeedback(*plant.measurement(), jackal_msgs::Drive::MODE_VELOCITY);
         for (auto* header : {&joints.header, &inertial.header, &feedback.header}) header->stamp += ahead;
         const ros::Time recorded = sim::stampOf(std::max(plant.time() - what.recorder_late, 0.0)) + ahead;
+        if (std::exchange(extreme_stamp, false)) {
+          auto extreme = joints;
+          extreme.header.stamp = ros::TIME_MAX;
+          bag.write("/joint_states", recorded, extreme);
+        }
         bag.write("/joint_states", recorded, joints);
         bag.write("/imu/data", recorded, inertial);
         bag.write("/feedback", stamp, feedback);
@@ -237,6 +245,14 @@ TEST(Replay, NoMessageComesBeforeItWasMeasured) {
   const std::string said = run({RecordedBag(late).path(), "--messages"}).text;
   expectSaysNot(said, {"refused"});
   expectSays(said, {"recorded more than 0.1 s before their stamps: played at their stamps"});
+}
+
+TEST(Replay, MessageWithAnyStampIsRefusedAlone) {
+  What extreme;
+  extreme.extreme_stamp = true;
+  const CommandResult result = run({RecordedBag(extreme).path(), "--messages"});
+  EXPECT_EQ(result.status, 0) << result.text;
+  expectSays(result.text, {"1 refused: joint states from the future"});
 }
 
 TEST(Replay, BagOfAnotherControllerIsPlayedFromItsMessages) {
