@@ -315,7 +315,7 @@ void FaultMonitor::checkTraction(const Observation& observation, double step) {
   const double right = observation.valid.wheel_right ? observation.wheel_right : right_.speed();
   const double wheels = 0.5 * rolling_radius_ * (left + right);
   if (report_.moved || !observation.valid.acceleration || isFaulty(report_.accelerometer)) {
-    traction_.reset(wheels);
+    traction_.restart();
   } else {
     const double yaw_rate = observation.valid.yaw_rate ? observation.yaw_rate : 0.0;
     traction_.setWheelsHold(std::max(left_.longestHold(), right_.longestHold()));

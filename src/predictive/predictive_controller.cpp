@@ -202,10 +202,10 @@ double PredictiveController::correctYawRate(const Observation& y) {
 }
 
 void PredictiveController::correctForwardSpeed(const Observation& y) {
-  const double wheels = forwardSpeedOf(y.wheel_left + y.wheel_right);
-  if (!y.valid.acceleration) return traction_.miss(wheels, observation_step_);
+  if (!y.valid.acceleration) return traction_.miss(observation_step_);
   // The raw accelerometer: its offset at resting wheels may come from a robot that slides on locked wheels. The
   // measured wheels: they may differ from the model.
+  const double wheels = forwardSpeedOf(y.wheel_left + y.wheel_right);
   traction_.correct(wheels, y.acceleration_x, parameters_.accelerometer_variance, yaw_.yawRate(), observation_step_);
 }
 

@@ -1,44 +1,51 @@
 #pragma once
 
 /// @file
-/// Belief about whether the body follows its wheels, and about its forward speed while it slides.
+/// Belief about whether the body follows its wheels, and about its forward speed while it does not.
 ///
 /// The wheels measure the speed v_w = r alpha (w_L + w_R)/2 as long as the tyres grip; the accelerometer measures its
-/// change. A point of the body feels dx_dot/dt and the centripetal acceleration,
+/// change. The robot turns about a centre that lies l ahead of the IMU, and the body changes its speed by
 ///
-///     a = a_x + theta_dot y_dot = a_x - l theta_dot^2 - b,    y_dot = -l theta_dot,
+///     Delta v = integral of (a - b + f_1 w_1 + f_2 w_2),    a = a_x - l theta_dot^2
 ///
-/// because the robot turns about a centre that lies l ahead of the IMU; b is the accelerometer's reading at constant
-/// speed. Three hypotheses on x_dot:
+/// with errors of the accelerometer that are slow states: b is its offset, gravity on a slope included, and f w is what
+/// an attitude filter takes for tilt. A Madgwick filter follows dv_w/dt by so many m/s^3, w_1, and a Mahony or
+/// complementary one within a time, w_2. Shares f between 0 and 1 make filters of other gains. All are learned together
+/// by recursive least squares with a prior, from windows in which the body rolls or stands. A window is judged by what
+/// was learned before it. f counts once it differs from zero; if it leaves errors of three standard deviations, there
+/// is no such filter, and the tyres slid.
+///
+/// Three hypotheses on x_dot:
 ///
 ///     rolls    x_dot = v_w
-///     slides   x_dot is the integral of a since the tyres gripped last: friction moves the body
+///     slides   x_dot is the integral of its change: friction moves the body
 ///     stands   x_dot = 0 although the wheels turn: an obstacle holds it
 ///
-/// Over a window of W the wheels changed their speed by Delta v_w and the body by Delta v, the integral of a. Rolling
-/// ends when the prediction error D = Delta v_w - Delta v exceeds noise, vibration and the error of late sensors, and
-/// has one of two causes. The wheels cause it if Delta v_w has the sign of D and the body did not move against it. A
-/// collision causes it within W_c and stops the body. A slope, which looks like an acceleration without attitude, has
-/// neither cause. Sliding tyres accelerate the body, unless an obstacle holds it. So a body that neither accelerates
-/// nor brakes rolls or stands, whichever is nearer to the integral; a turning body does not stand.
+/// Over a window of time t, rolling predicts e = Delta v_w - Delta v to be normal, of mean 0 and variance
 ///
-/// A gap to the wheels that neither friction nor a collision explains shows that b has jumped; b is estimated again.
+///     S = c R + sigma_0^2 + (tau dv_w/dt)^2 + (kappa Delta v_w)^2
+///         + sigma_l^2 (theta_dot^2 + (integral of theta_dot^2)^2) + p^T P p + D,    p = (t, -integral of w)
 ///
-/// An attitude filter that takes accelerations for tilt hides them, a_x = dx_dot/dt - w: its error of gravity, w,
-/// follows the remaining acceleration,
+/// R is the variance of the integral by noise: a part grows with the time at rest, another, vibration, with the way
+/// driven; both are learned. P is the covariance of b and f. A window begins when the body rolled, which D doubts: the
+/// square by which e then exceeded what S explained. So wheels that are late and catch up are no slide.
 ///
-///     dw/dt = g a            complementary and Mahony: g is the gain [1/s]
-///     dw/dt = g sign(a)      Madgwick: g is twice gravity times the gain [m/s^3]
+/// Wheels that lose the body predict that e lies between 0 and Delta v_w, a collision that the body stops at once. One
+/// of the two is believed if it explains an e beyond three standard deviations, and better than an accelerometer
+/// mounted the wrong way round, e = 2 Delta v_w; what rolling taught of that counts. An e that nothing explains is a
+/// jump of b: it lasts, or two slides one after the other end with a body faster than wheels and obstacles can make it.
 ///
-/// g is learned for each kind while the wheels roll: recursive least squares of D on the integral of w/g, with a prior.
-/// The better kind is used if it explains D better than no filter; rolling ends only if no g of either kind within
-/// three standard deviations explains D.
+/// A body that left its wheels rolls once it passes their speed; once it keeps its speed it rolls or stands, whichever
+/// is nearer to the integral. A body that turns does not stand.
 ///
 /// Only the belief about the speed uses this; the beliefs about the wheels and the commands do not.
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <optional>
+
+#include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
 
@@ -52,9 +59,6 @@ enum class Traction {
 /// Belief about the forward speed of the body, separate from that of its wheels. Does not allocate.
 class TractionBelief {
  public:
-  /// Longest time covered by one acceleration [s]; after a longer one the speed is that of the wheels.
-  static constexpr double kLongestStep = 0.15;
-
   /// @param turning_centre l, distance of the turning centre ahead of the IMU [m].
   explicit TractionBelief(double turning_centre) : turning_centre_(turning_centre) {}
 
@@ -65,8 +69,8 @@ class TractionBelief {
   /// @param wheels v_w now [m/s]; @param yaw_rate theta_dot [rad/s]; @param step since the last measurement [s].
   void correct(double wheels, double acceleration, double variance, double yaw_rate, double step);
 
-  /// A step [s] without a valid acceleration. @param wheels v_w now [m/s].
-  void miss(double wheels, double step);
+  /// A step [s] without a valid acceleration; after thresholds::kGap without one the body is believed to roll.
+  void miss(double step);
 
   /// Sets another turning centre [m].
   void setTurningCentre(double turning_centre) { turning_centre_ = turning_centre; }
@@ -74,11 +78,8 @@ class TractionBelief {
   /// Interval between fresh wheel speeds [s], which are late by up to it.
   void setWheelsHold(double hold) { hold_ = hold; }
 
-  /// Starts again with the next measurement; what was learned about the accelerometer stays.
+  /// Believes that the body rolls and starts with the next measurement; what was learned of the accelerometer stays.
   void restart();
-
-  /// Sets the speed to v_w [m/s]; what was learned about the accelerometer stays.
-  void reset(double wheels);
 
   /// x_dot [m/s]. @param wheels v_w now [m/s].
   double speed(double wheels) const { return traction_ == Traction::rolls ? wheels : speed_; }
@@ -87,111 +88,94 @@ class TractionBelief {
   double variance() const { return variance_; }    ///< of x_dot - v_w, by the accelerometer's noise [(m/s)^2]
 
  private:
-  /// Integrals from the start up to a time.
-  struct Past {
-    double time = 0.0;               // [s]
-    double wheels = 0.0;             // v_w [m/s]
-    double body = 0.0;               // integral of a [m/s]
-    double variance = 0.0;           // of it [(m/s)^2]
-    double turning = 0.0;            // integral of theta_dot^2 [rad^2/s]
-    std::array<double, 2> hidden{};  // integral of w/g, for each kind of filter
+  /// Errors of the accelerometer (b, f_1, f_2), by least squares with priors of mean 0.
+  struct Errors {
+    Eigen::Vector3d value = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    double misfit = 0.0;  // of f: squared errors that it leaves / their variance, weighted as its information
+
+    Eigen::Matrix3d covariance() const;
+    bool isRefuted() const;                     // no filter explains what the accelerometer measures
+    bool isFilterPresent() const;               // f differs from 0
+    double offset() const { return value(0); }  // b [m/s^2]
+    double tilt(const Eigen::Vector2d& w) const { return value.tail<2>().dot(w); }  // f w, or its integral
+    double believedTilt(const Eigen::Vector2d& w) const { return isFilterPresent() ? tilt(w) : 0.0; }  // most are true
   };
 
-  /// Changes from a past time until now.
-  struct Change {
-    double time, wheels, body, variance, turning;
-    std::array<double, 2> hidden;
-    double unfiltered;                              // D without a filter
-    double error() const { return wheels - body; }  // D
+  /// Integrals up to a time, or their changes over a window.
+  struct Integrals {
+    double time = 0.0;                               // [s]
+    double wheels = 0.0;                             // v_w [m/s]
+    double body = 0.0;                               // of a [m/s]
+    double rested = 0.0;                             // time at rest [s]
+    double driven = 0.0;                             // way of the wheels [m]
+    double turned = 0.0;                             // of theta_dot^2 [rad^2/s]
+    Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  // of w [m/s]
+    Errors errors;                                   // learned until that time, or the beginning of the window
+    Traction motion = Traction::rolls;               // then, or at the beginning; slides if rolling does not explain e
+    double doubt = 0.0;                              // D, that it rolled then [(m/s)^2]
+
+    /// Derivatives of body by b and f.
+    Eigen::Vector3d errorsPart() const { return {time, -tilt(0), -tilt(1)}; }
+
+    Integrals operator-(const Integrals& then) const;
   };
 
-  /// An attitude filter of one kind.
-  struct AttitudeFilter {
-    double gain_deviation;     // of the prior of g
-    double tilt = 0.0;         // w/g
-    double information = 0.0;  // sum of (integral of w/g)^2/sigma^2
-    double evidence = 0.0;     // sum of D (integral of w/g)/sigma^2
-    double misfit = 0.0;       // mean of the squared residual of D / sigma^2
-
-    double variance() const { return 1.0 / (information + 1.0 / (gain_deviation * gain_deviation)); }  // of g
-    double gain() const { return variance() * evidence; }                                              // g
-  };
-
-  /// A mean of a in progress.
-  struct Mean {
-    double change = 0.0;  // integral of a [m/s]
-    double time = 0.0;    // [s]
-  };
-
-  const Past& within(double time) const;
-  Change since(double time) const;
-  Change sinceOldest() const;
-  Change sinceThen(const Past& then) const;
-  std::size_t oldest() const;
+  Integrals since(double time, std::optional<Traction> motion = std::nullopt) const;
   void remember();
-  void learnNoise(double acceleration, double variance, double step);
-  void learnVibration(Mean mean, double variance);
-  double unseenChange() const;
-  double unknownOffset(double time) const;
-  double bound(const Change& change) const;
-  bool surprises(const Change& change) const;
-  std::optional<std::size_t> filter() const;
-  double hidden(const std::array<double, 2>& by_gain) const;
-  bool hiddenByFilter(const Change& window) const;
-  void learnFilters(const Change& window, double step);
-  std::optional<Change> collision() const;
-  std::optional<Change> againstRolling(const Change& window) const;
+  void learnNoise(double least);
+  void learn(const Integrals& window, double step);
+  double change(const Integrals& window) const;                                           // Delta v [m/s]
+  double error(const Integrals& window) const { return window.wheels - change(window); }  // e [m/s]
+  double noise(const Integrals& window) const;
+  double noiseVariance(const Integrals& window) const;
+  bool keeps(double change, const Integrals& window) const;
+  double modelVariance(const Integrals& window) const;
+  double variance(const Integrals& window) const;
+  bool explains(const Integrals& window) const;
+  bool isReversed(const Integrals& window, double miss) const;
+  bool spins(const Integrals& window) const;
+  bool struck(const Integrals& window) const;
+  bool turns() const;
+  bool possible(double speed, const Integrals& window) const;
+  void learnJump(const Integrals& window);
   void roll(double step);
-  void learnOffset(const Change& window, double step);
-  bool possible(double gap) const;
-  void learnJumpOfOffset();
-  void slide(double gap_before, double acceleration, double step);
-  bool stillTurning() const;
-  double leastToCome(const Change& change) const;
-  bool comesToItsWheels(const Change& change) const;
+  void leave(double speed, const Integrals& window);
+  void slide();
   void stand(double step);
-  void switchToRoll();
-  void switchToSlide(double speed, const Change& surprise);
-  void switchToStand();
-  void resetPast();
+  void become(Traction traction, double speed);
 
-  static constexpr double kMahony = 0.75;     // 1/s, standard deviation of g
-  static constexpr double kMadgwick = 2.0;    // m/s^3; that of a gain of 0.1
-  static constexpr double kNever = 1e9;       // s
-  static constexpr double kSpacing = 0.0199;  // time between two remembered states [s]
+  static constexpr double kSpacing = 0.0199;  // time between two remembered integrals [s]
   static constexpr std::size_t kRemembered = 64;
+  static constexpr double kFirstNoise = 0.001;  // before it is learned
 
   double turning_centre_;
-  double hold_ = 0.0;              // of the wheels' speeds [s]
-  double offset_ = 0.0;            // b [m/s^2]
-  bool offset_known_ = false;      // b has been learned
-  double quick_ = 0.0;             // variance of means of a, by the differences of successive ones [(m/s^2)^2]
-  double slow_ = 1e-9;             // variance of means of a, by the differences of every third [(m/s^2)^2]
-  double vibration_rate_ = 0.0;    // of the variance of the integral of a, by vibration, per second [(m/s)^2/s]
-  double variance_rate_ = 0.0;     // of the variance of the integral of a, by all noise [(m/s)^2/s]
-  double factor_ = 1.0;            // lambda, of the variance of its integral
-  double latest_ = 0.0;            // a [m/s^2]
-  Mean mean_;                      // since the last of these:
-  std::array<double, 8> means_{};  // the last means of a, a ring [m/s^2]
-  std::size_t newest_mean_ = 0;    // of them
-  std::array<AttitudeFilter, 2> filters_{{{kMahony}, {kMadgwick}}};
-  double misfit_ = 0.0;     // of a without a filter
-  double jolt_ = 0.0;       // largest recent change of the body within kJoltTime [m/s]
-  double fastest_ = 0.0;    // largest recent acceleration of the wheels, for late sensors [m/s^2]
-  double missed_ = kNever;  // since the last acceleration [s]
-  double repeated_ = 0.0;   // variance of the integral by repeated accelerations [(m/s)^2]
-  double listened_ = 0.0;   // duration of the accelerations so far [s]
-  double measured_ = 0.0;   // the last acceleration, as it came [m/s^2]
-  Past now_;
-  std::array<Past, kRemembered> past_;
+  double hold_ = 0.0;  // of the wheels' speeds [s]
+
+  // Learned of the accelerometer.
+  double noise_at_rest_ = kFirstNoise;    // [(m/s)^2/s]
+  double noise_in_motion_ = kFirstNoise;  // [(m/s)^2/m]
+  double proof_ = 0.0;  // ln of the likelihood ratio: the accelerometer is mounted right, or the wrong way round
+  Integrals block_;     // from which noise is learned
+  double last_gap_ = 0.0, last_body_ = 0.0;  // accelerations of the one before, of wheels less body and body [m/s^2]
+  double last_rate_ = 0.0;                   // the noise by the two before [(m/s)^2/s]
+
+  // The motion.
+  double missed_ = thresholds::kGap;                // since the last acceleration [s]
+  double measured_ = 0.0;                           // the last acceleration, as it came [m/s^2]
+  double latest_ = 0.0;                             // dx_dot/dt [m/s^2]
+  Eigen::Vector2d tilt_ = Eigen::Vector2d::Zero();  // w [m/s^2]
+  double fastest_ = 0.0;                            // largest recent acceleration of the wheels [m/s^2]
+  double jolt_ = 0.0;                               // largest recent change of the body within a jolt [m/s]
+  Integrals now_;
+  std::array<Integrals, kRemembered> past_;
   std::size_t newest_ = 0, remembered_ = 0;
+
   Traction traction_ = Traction::rolls;
-  double surprise_ = 0.0;         // length of the window that contradicted rolling [s]
-  double sliding_ = 0.0;          // duration of the slide [s]
-  double gap_at_first_ = 0.0;     // x_dot - v_w when it began to slide [m/s]
-  double wheels_away_ = 0.0;      // total variation of the wheel speed since then [m/s]
-  double turning_before_ = 0.0;   // integral of theta_dot^2 when it began to slide
-  double hidden_ = 0.0;           // time in which vibration would have hidden a release [s]
+  bool unexplained_ = false;      // no hypothesis explains e
+  bool impossible_ = false;       // the last slide was, and nothing was explained since
+  Integrals left_;                // when the body left its wheels
+  Integrals noticed_;             // when that was noticed
   double speed_ = 0.0;            // x_dot [m/s]
   double corrected_speed_ = 0.0;  // at the last measurement [m/s]
   double variance_ = 0.0;

@@ -179,4 +179,4 @@ class Report(unittest.TestCase):
         for run in self.results.runs['sliding_speed']:
             wheels, belief = (metrics.rms(run.trace[column] - run.trace['velocity_mps']) for column in ('measured_mps', 'belief_mps'))
             slides = run.label in ('friction 0.1', 'friction 0.07', 'against a wall')
-            self.assertEqual(wheels > 0.01 and belief < 0.8 * wheels, slides, run.label)
+            self.assertEqual(wheels > 0.01 and belief < 0.9 * wheels, slides, run.label)
