@@ -21,10 +21,9 @@ struct Entry {
 
 constexpr std::array<Entry, kHypotheses> kEntries{{
     {"healthy", 0.0, HUGE_VAL},
-    {"the body slides", 0.05, 0.3},        // a sill, a jolt, ice
-    {"struck by a kerb", 0.001, 0.15},     // and the tyres take it back
-    {"other ground", 0.0, 3.0},            // begins as a slide; then its slip is the usual one
-    {"the ground pulls aside", 0.0, 3.0},  // the same
+    {"the body slides", 0.05, 0.3},     // a sill, a jolt, ice
+    {"struck by a kerb", 0.001, 0.15},  // and the tyres take it back
+    {"other ground", 0.0, 3.0},         // begins as a slide; then its slip is the usual one
     {"gyro glitch", 1e-4, 0.03},
     {"moved from outside", 0.01, 2.0},  // of a robot that is to stand
     {"gyro frozen", 1e-5, 100.0},       // a fault: one in a day of driving, until it is repaired
@@ -35,7 +34,7 @@ constexpr std::array<Entry, kHypotheses> kEntries{{
     {"IMU upside down", 1e-5, 100.0},
 }};
 
-constexpr double kEndsOnGround = 0.25;  // share of slides that end on another ground, of each kind
+constexpr double kEndsOnGround = 0.25;  // share of slides that end on another ground
 constexpr double kLeastRate = 1e-7;     // at which anything begins whatever else is believed [1/s]
 
 constexpr double kMounted = 1e-3;  // chance that an IMU is mounted in another way than tf says, of each way
@@ -44,7 +43,6 @@ constexpr double kMounted = 1e-3;  // chance that an IMU is mounted in another w
 constexpr double kOffsetScale = 1.0;       // standard deviation of an offset of the gyro [rad/s]
 constexpr double kStrike = 0.2;            // standard deviation of a strike [rad/s]
 constexpr double kOtherSlip = 0.4;         // standard deviation of another ground's slip, relative
-constexpr double kPull = 0.05;             // standard deviation of the turn by the speed, in multiples of v/b_hat
 constexpr double kBodyAcceleration = 1.5;  // of a body that does not follow its wheels [rad/s^2], and the same by
 constexpr double kHandling = 10.0;         // of a body that somebody moves [rad/s^2]
 constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [1/s]
@@ -88,7 +86,6 @@ BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_tra
       vertical_(parameters.accelerometer_variance, (1.0 - kSteepest) * kGravity, 0.0),
       gyro_offset_(square(kOffsetScale), parameters.largest_bias),
       slip_offset_(square(kOtherSlip / effective_track)),
-      pull_offset_(square(kPull / effective_track)),
       jolts_(kJolts),
       sign_(-std::log(kMounted)) {
   restart();
@@ -189,7 +186,7 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
 
 /// What the body does.
 void BodyMonitor::weighMotion(const GyroSample& y, const WheelMotion& wheels, double step, Densities& g) {
-  const double e = y.error, S = y.variance, v = wheels.forward.mean;
+  const double e = y.error, S = y.variance;
   const double usual = logStudent(square(e), S), any = std::log(kOutliers) + logNormal(e, square(kOffsetScale));
   gyro_outlier_ = any > usual;
   g[kHealthy].stays = g[kHealthy].begins = logSum(usual, any);
@@ -202,8 +199,6 @@ void BodyMonitor::weighMotion(const GyroSample& y, const WheelMotion& wheels, do
   g[kOtherGround].stays = slip_offset_.stays(e, S, wheels.difference.mean);
   // No body jumps: the new slip is what it has come to.
   g[kOtherGround].begins = g[kSlides].stays - 0.5 * square(e) / (S + square(kOtherSlip * y.asked));
-  g[kPulled].stays = pull_offset_.stays(e, S, v);
-  g[kPulled].begins = g[kSlides].stays - 0.5 * square(e) / (S + square(kPull * yaw_.slope() * v));
   // No ground turns a body against its wheels.
   const double against = 0.5 * square(turnAgainst(y) / (0.5 * kOtherSlip));
   g[kOtherGround].stays -= against;
@@ -387,7 +382,7 @@ void BodyMonitor::compare(Densities p, const AccelerationEvidence& a, bool to_st
     p[h].stays += stays;
     p[h].begins += begins;
   };
-  for (const Hypothesis h : {kHealthy, kOtherGround, kPulled, kGyroGlitch, kGyroFrozen, kGyroOffset, kGyroReversed}) {
+  for (const Hypothesis h : {kHealthy, kOtherGround, kGyroGlitch, kGyroFrozen, kGyroOffset, kGyroReversed}) {
     add(h, jolts, jolts);
   }
   add(kSlides, slides, slides);
@@ -407,7 +402,6 @@ void BodyMonitor::learnGyro(double yaw_rate, const WheelMotion& wheels, double s
       alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
   gyro_offset_.update(gyro_error_, gyro_variance_, fresh_[kGyroOffset], gyro_begins_);
   slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], x);
-  pull_offset_.update(gyro_error_, gyro_variance_, fresh_[kPulled], v);
   yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
   const bool zero = yaw_rate == 0.0;
   const double measured = zero && turning_ ? 0.0 : 1.0 - gyro_repetition_.held(yaw_rate);
@@ -447,16 +441,16 @@ void BodyMonitor::filter(const Densities& p, bool to_stand, double step) {
     return h == kMoved && !to_stand ? alpha_[h] : alpha_[h] * std::min(1.0, step / kEntries[h].time);
   };
   const double no_fault = noFault(), grounds = kEndsOnGround * leaving(kSlides);
-  double back = kLeastRate - 2.0 * grounds;
+  double back = kLeastRate - grounds;
   for (int h = kHealthy + 1; h < kHypotheses; ++h) back += leaving(h);
   Probabilities next;
   double top = -std::numeric_limits<double>::infinity();
   for (int h = 0; h < kHypotheses; ++h) {
     const double rate = impossible(h) ? 0.0 : kEntries[h].rate;
-    const double in = h == kHealthy                       ? std::max(back, kLeastRate)
-                      : h == kOtherGround || h == kPulled ? grounds
-                      : rate > 0.0                        ? (no_fault * rate + kLeastRate) * step
-                                                          : 0.0;
+    const double in = h == kHealthy       ? std::max(back, kLeastRate)
+                      : h == kOtherGround ? grounds
+                      : rate > 0.0        ? (no_fault * rate + kLeastRate) * step
+                                          : 0.0;
     const double remains = h == kHealthy ? alpha_[h] : alpha_[h] - leaving(h);
     const double begun = std::log(in + kNone) + p[h].begins, stayed = std::log(remains + kNone) + p[h].stays;
     next[h] = logSum(begun, stayed);

@@ -247,7 +247,7 @@ void FaultMonitor::weighEvidence(const Observation& observation, double step) {
   if (stays_away(left_) || stays_away(right_)) evidence_.time += step;
   if (!yaw_tells_) return;
   const double measured = rolling_radius_ * (observation.wheel_right - observation.wheel_left);
-  const double asked = rolling_radius_ * (right_.speedAskedFor() - left_.speedAskedFor());
+  const double asked = rolling_radius_ * (right_.speed() - left_.speed());
   const double measured_error = body_.yawError(observation.yaw_rate, measured, forwardSpeed());
   const double predicted_error = body_.yawError(observation.yaw_rate, asked, forwardSpeed());
   average(evidence_.against_measured, square(measured_error), step, kEvidenceMemory);

@@ -111,7 +111,7 @@ void WheelMonitor::start(double speed, bool commands_known) {
   held_ = {{speed, speed}, {speed, speed}, -HUGE_VAL};
   intervals_.fill(held_);
   last_speed_ = measured_ = speed;
-  frozen_ = suspect_ = recovering_ = led_away_ = jumped_ = false;
+  frozen_ = suspect_ = recovering_ = jumped_ = false;
   behind_ = spikes_ = outlier_time_ = rise_ = fall_ = 0.0;
   persistence_.reset();
 }
@@ -234,9 +234,7 @@ void WheelMonitor::compare(double measurement, double step) {
   if (distance_ <= 1.0) jumped_ = false;
   frozen_ = isFrozen(measurement, step);
   behind_ = isBehind(measurement) ? behind_ + step : 0.0;
-  const bool behind_for_long = behind_ > kMemory + 2.0 * hold_.longest();
-  led_away_ = behind_for_long && distance_ <= 1.0;
-  suspect_ = distance_ > 1.0 || frozen_ || behind_for_long;
+  suspect_ = distance_ > 1.0 || frozen_ || behind_ > kMemory + 2.0 * hold_.longest();
   countSpikes(step);
   waits_ = measurement == measured_ && hold_.held() <= hold_.longest();
   const double progress = 0.5 * parameters_.slowest_acceleration * motors_;
@@ -253,18 +251,11 @@ void WheelMonitor::countSpikes(double step) {
   if (!suspect_ && lasted > 0.0 && lasted < kLongestSpike) spikes_ += 1.0;
 }
 
-/// Speed of the slowest drive train under the commands [rad/s].
-double WheelMonitor::slowest() const {
-  const auto [low, high] = held_.reachable;
-  return low > 0.0 ? low : std::min(high, 0.0);
-}
-
-double WheelMonitor::speedAskedFor() const { return led_away_ ? slowest() : speed(); }
-
 /// The wheel has less than half of the speed of the slowest drive train. The belief alone would absorb a slow loss as a
 /// disturbance.
 bool WheelMonitor::isBehind(double measurement) const {
-  const double least = slowest();
+  const auto [low, high] = held_.reachable;
+  const double least = low > 0.0 ? low : std::min(high, 0.0);
   const double followed = least > 0.0 ? measurement : -measurement;
   const double any = std::abs(measurement) < thresholds::kRest ? kAnyBehindAtRest : kAnyBehind;
   return std::abs(least) > kBehind * std::max(0.0, followed) + any;
@@ -313,7 +304,7 @@ void WheelMonitor::freezeWithTheOther() {
 }
 
 bool WheelMonitor::slowed() const {
-  const double part = measured_ / speedAskedFor();
+  const double part = measured_ / speed();
   return part > 0.5 && part < 1.0;
 }
 

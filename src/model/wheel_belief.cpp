@@ -10,12 +10,7 @@
 namespace jackal_aic {
 namespace {
 
-/// Least change of speed of a wheel with a slow motor / the expected change, by the learned limit or the model's; a
-/// smaller change has another cause.
-constexpr double kLeastPart = 0.2;
-
-constexpr double kLeastLimit = 0.3;            // lambda
-constexpr double kLimitMemory = 0.5;           // s at the limit
+constexpr double kLeastPart = 0.2;             // of the expected change that a slow motor reaches
 constexpr double kNoise = 2.0;                 // standard deviations of a measurement; smaller changes are noise
 constexpr double kLeastTiming = 0.1;           // lambda_t
 constexpr double kMostSurprise = 4.0;          // of epsilon^2/S that lambda_t learns from
@@ -37,11 +32,10 @@ WheelBelief::WheelBelief(const PlantModel& model, double wheel_radius, const Whe
 
 void WheelBelief::setDriveTrain(const PlantModel& model, double wheel_radius) {
   const auto before = static_cast<double>(commands_.delay());
-  const double limit = drive_train_.limit(), gain = drive_train_.gain();
+  const double gain = drive_train_.gain();
   drive_train_ = DriveTrain(model, wheel_radius);
   // The effect of the other gain was a disturbance before.
   x_(kDisturbance) -= (drive_train_.gain() - gain) * commands_.acting();
-  if (drive_train_.limit() != limit) resetLimit();
   commands_.setDeadTime(model.dead_time);
   // w is uncertain by its change in the difference of the dead times.
   const double late = (static_cast<double>(commands_.delay()) - before) * kStep * rate_;
@@ -70,8 +64,6 @@ double WheelBelief::timingDecay() const {
 
 void WheelBelief::reset(double speed) {
   commands_.fill(speed / drive_train_.gain());
-  limit_share_ = 1.0;
-  limit_curvature_ = 0.0;
   timing_share_ = 1.0;
   timing_curvature_ = kTimingCurvature;
   restart(speed);
@@ -89,13 +81,13 @@ void WheelBelief::restart(double speed) {
 }
 
 void WheelBelief::predictActing(double command) {
-  const double largest = limit_share_ * drive_train_.limit() * kStep;
+  const double largest = drive_train_.limit() * kStep;
   Eigen::Vector3d wheel = x_.head<3>();
-  const auto [change, limited] = drive_train_.step(wheel, command, limit_share_);
+  const auto [change, limited] = drive_train_.step(wheel, command);
   x_.head<3>() = wheel;
   rate_ = change / kStep;
   const double beyond = 2.0 * std::abs(change) - largest;
-  if (beyond > 0.0) limit_doubt_ += limitDeviation() * beyond;
+  if (beyond > 0.0) limit_doubt_ += parameters_.limit_deviation * beyond;
   ++steps_;
   limited_steps_ = limited ? limited_steps_ + 1 : 0;
   // At the limit the speed does not depend on z and d: J = I. A wheel with a constant speed for long is not at the
@@ -134,12 +126,8 @@ double WheelBelief::correct(double measurement, double added_variance) {
   const bool at_limit = limited_steps_ >= steps_;
   if (!at_limit) ramp_ = {};
   if (at_limit) ramp_.add(measurement - measured_, change, static_cast<double>(steps_) * kStep);
-  if ((measurement - measured_) * change > kLeastPart * change * change) {
-    P_(kSpeed, kSpeed) += limit_doubt_ * limit_doubt_;
-    learnLimit(measurement - measured_);
-  } else if (limited_steps_ >= 2 * steps_) {
-    resetLimit();
-  }
+  const bool moves = (measurement - measured_) * change > kLeastPart * change * change;
+  if (moves) P_(kSpeed, kSpeed) += limit_doubt_ * limit_doubt_;
   measured_ = measurement;
   steps_ = 0;
   limit_doubt_ = 0.0;
@@ -178,31 +166,6 @@ void WheelBelief::learnTiming(double surprise, double part) {
   timing_curvature_ = std::min(timing_curvature_ + 2.0 * part * part, kMostTimingCurvature);
   timing_share_ *= std::exp(-part * (1.0 - std::min(surprise, kMostSurprise)) / timing_curvature_);
   timing_share_ = std::clamp(timing_share_, kLeastTiming, 1.0);
-}
-
-double WheelBelief::limitDeviation() const {
-  const double prior = parameters_.limit_deviation;
-  return prior > 0.0 ? 1.0 / std::sqrt(1.0 / (prior * prior) + limit_curvature_) : 0.0;
-}
-
-/// A wheel that does not ramp as expected shows a wrong belief, not a slow motor. The learned limit would keep the
-/// belief ramping, and hide that the disturbance is wrong.
-void WheelBelief::resetLimit() {
-  limit_curvature_ = 0.0;
-  limit_share_ = 1.0;
-}
-
-void WheelBelief::learnLimit(double moved) {
-  if (parameters_.limit_deviation <= 0.0 || steps_ == 0 || limited_steps_ < 2 * steps_) return;
-  // λ ← λ − (∂²F/∂λ²)⁻¹ ∂F/∂λ
-  const double time = static_cast<double>(steps_) * kStep;
-  const double most = std::copysign(drive_train_.limit() * time, rate_),
-               variance = 2.0 * parameters_.measurement_variance;
-  if (moved * most < kLeastPart * most * most) return resetLimit();
-  limit_curvature_ = limit_curvature_ * std::exp(-time / kLimitMemory) + most * most / variance;
-  const double deviation = limitDeviation();
-  limit_share_ += deviation * deviation * most * (moved - limit_share_ * most) / variance;
-  limit_share_ = std::clamp(limit_share_, kLeastLimit, 1.0);
 }
 
 Eigen::Vector3d WheelBelief::gain() const {

@@ -75,14 +75,12 @@ TEST(DriveTrain, StepsFollowTheExactResponse) {
 
 TEST(DriveTrain, AtItsLimitOnlyTheSpeedMoves) {
   const DriveTrain train(model(0.04, 8.0, 0.98), kRadius);  // 10 rad/s^2
-  for (const double share : {1.0, 0.5}) {
-    Eigen::Vector3d x(0.0, 0.1, 0.0);
-    const DriveTrain::Step step = train.step(x, -20.0, share);
-    EXPECT_TRUE(step.limited);
-    EXPECT_NEAR(step.change, -0.01 * share, 1e-12);
-    EXPECT_NEAR(x(0), -0.01 * share, 1e-12);
-    EXPECT_EQ(x(1), 0.1);
-  }
+  Eigen::Vector3d x(0.0, 0.1, 0.0);
+  const DriveTrain::Step step = train.step(x, -20.0);
+  EXPECT_TRUE(step.limited);
+  EXPECT_NEAR(step.change, -0.01, 1e-12);
+  EXPECT_NEAR(x(0), -0.01, 1e-12);
+  EXPECT_EQ(x(1), 0.1);
 }
 
 TEST(CommandsUnderWay, ActAfterTheDeadTime) {

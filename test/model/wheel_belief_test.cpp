@@ -15,12 +15,6 @@ PlantModel model(double dead_time, double lag, double acceleration_limit = 1000.
   return {dead_time, lag, 1.0, 0.0, 0.0, acceleration_limit};
 }
 
-/// Acceleration at which a belief predicts that a wheel follows a far command, in parts of the limit of its model.
-double limitShare(WheelBelief wheel, const PlantModel& drive) {
-  for (int k = 0; k < 200; ++k) wheel.predict(1e3);
-  return wheel.acceleration() * kRadius / drive.acceleration_limit;
-}
-
 /// Gives a command for a time [s] to a wheel that keeps a speed [rad/s].
 void keep(WheelBelief& wheel, double command, double speed, double seconds) {
   for (int k = 1; k <= std::lround(1000.0 * seconds); ++k) {
@@ -89,9 +83,9 @@ TEST(WheelBelief, CovarianceIsHonest) {
   EXPECT_NEAR(sum / kRuns, 1.0, 0.25);
 }
 
-TEST(WheelBelief, LearnsTheLimitOfASlowMotorAlone) {
+TEST(WheelBelief, SlowMotorIsNoDisturbance) {
   // A ramp of the command at the model's limit, then the goal; the wheel by its own limit.
-  const auto share = [](double limit_factor) {
+  for (const double limit_factor : {0.5, 0.8, 1.0, 2.0}) {
     WheelBeliefParameters parameters;
     parameters.limit_deviation = 0.6;
     const PlantModel drive = model(0.08, 0.006, 1.65);
@@ -99,19 +93,17 @@ TEST(WheelBelief, LearnsTheLimitOfASlowMotorAlone) {
     const double limit = drive.acceleration_limit / kRadius * WheelBelief::kStep;
     CommandsUnderWay commands(drive.dead_time);
     commands.fill(0.0);
-    double command = 0.0, speed = 0.0;
+    double command = 0.0, speed = 0.0, largest = 0.0;
     for (int k = 0; k < 2000; ++k) {
       command = std::min(10.0, command + limit);
       speed += std::clamp(commands.step(command) - speed, -limit_factor * limit, limit_factor * limit);
       wheel.predict(command);
       if (k % 20 == 19) wheel.correct(speed);
+      largest = std::max(largest, std::abs(wheel.disturbance()));
     }
     EXPECT_NEAR(wheel.speed(), speed, 0.05) << limit_factor;
-    return limitShare(wheel, drive);
-  };
-  for (const double slow : {0.5, 0.8}) EXPECT_NEAR(share(slow), slow, 0.05);
-  for (const double fast : {1.0, 2.0}) EXPECT_NEAR(share(fast), 1.0, 0.02);
-  EXPECT_NEAR(share(0.0), 1.0, 1e-9) << "blocked";
+    EXPECT_LT(largest, 0.2) << limit_factor;
+  }
 }
 
 TEST(WheelBelief, CorrectionIsTheMinimumOfTheFreeEnergyTimesTheLearningRate) {
@@ -174,24 +166,6 @@ TEST(WheelBelief, VarianceAtTheLimitStaysPositive) {
       if (k % 20 == 0) belief.correct(std::round(motor.speed() / 0.1) * 0.1);
     }
   }
-}
-
-TEST(WheelBelief, LearnedLimitIsForgottenAtConstantSpeed) {
-  // A slow motor, then another source's commands: the wheel keeps a speed that the believed disturbance contradicts.
-  WheelBeliefParameters parameters;
-  parameters.limit_deviation = 0.6;
-  const PlantModel drive = model(0.0, 0.006, 1.65);
-  WheelBelief wheel(drive, kRadius, parameters);
-  const double step = 0.35 * drive.acceleration_limit / kRadius * WheelBelief::kStep;
-  double speed = 0.0;
-  for (int k = 0; k < 1000; ++k) {
-    speed += step;
-    wheel.predict(12.0);
-    if (k % 20 == 19) wheel.correct(speed);
-  }
-  ASSERT_LT(limitShare(wheel, drive), 0.5);
-  keep(wheel, speed + 7.0, speed, 4.0);  // more than the wheel does, and it stays as it is
-  EXPECT_NEAR(limitShare(wheel, drive), 1.0, 1e-9) << "a belief that crawls would hide that something else is wrong";
 }
 
 }  // namespace

@@ -35,7 +35,6 @@ enum Hypothesis {
   kSlides,        ///< the body does not turn as its wheels do, and its yaw rate changes as fast as a body can
   kStruck,        ///< a sill or a kerb throws the body round, and its tyres take it back
   kOtherGround,   ///< another slip, which began as a slide
-  kPulled,        ///< the ground turns the body by its speed, which began as a slide
   kGyroGlitch,    ///< an offset of the gyro that ends by itself
   kMoved,         ///< somebody moves a robot that is to stand
   kGyroFrozen,    ///< it repeats its value
@@ -158,7 +157,7 @@ class BodyMonitor {
   bool on_box_;
   YawPrediction yaw_, mirrored_;  // mirrored_: of a gyro that reads the turn with the wrong sign
   AccelerationAxis forward_, vertical_;
-  Offset gyro_offset_, slip_offset_, pull_offset_;
+  Offset gyro_offset_, slip_offset_;
   Repetition gyro_repetition_;
   double jolts_;          // usual share of samples in which the accelerometer is jolted
   double sign_;           // ln of the odds that the gyro reads a turn with the right sign

@@ -83,12 +83,9 @@ class WheelMonitor {
   ChannelState state() const { return persistence_.state(); }    ///< verdict with the last sample
   bool suspecting() const { return persistence_.suspecting(); }  ///< an outlier is among the last samples
   double speed() const { return belief_.speed(); }               ///< believed wheel speed [rad/s]
-  /// The same [rad/s]. For a wheel whose belief has drifted away from its commands: the speed of the slowest drive
-  /// train.
-  double speedAskedFor() const;
-  double longestHold() const { return hold_.longest(); }   ///< for which the encoder holds its value [s]
-  Range reachable() const { return held_.reachable; }      ///< by its commands [rad/s]
-  double nominal() const { return reachable_.nominal(); }  ///< speed of the model, by its commands alone [rad/s]
+  double longestHold() const { return hold_.longest(); }         ///< for which the encoder holds its value [s]
+  Range reachable() const { return held_.reachable; }            ///< by its commands [rad/s]
+  double nominal() const { return reachable_.nominal(); }        ///< speed of the model, by its commands alone [rad/s]
 
   /// Declares the encoder faulty because gyro and commands contradict it.
   void declareWrong() { persistence_.declareFaulty(); }
@@ -120,7 +117,6 @@ class WheelMonitor {
   double leastMissed(double measurement) const;
   double comesNearer(double before, double now) const;
   bool isAhead(double measurement) const;
-  double slowest() const;
   void countSpikes(double step);
   bool isBehind(double measurement) const;
   void learnMisfit(double measurement, double variance, double step);
@@ -159,7 +155,6 @@ class WheelMonitor {
   double outlier_time_ = 0.0;       // of the present one [s]
   bool waits_ = false;              // the last value was held, and its renewal is not due yet
   double behind_ = 0.0;             // time for which the wheel has had too little of its command [s]
-  bool led_away_ = false;           // it is suspect because of that, and its belief is where it is
   double rise_ = 0.0, fall_ = 0.0;  // change since the last sample by any drive train [rad/s]
   bool jumped_ = false;             // away from its belief, and not back yet
   double motors_;                   // acceleration limit of the model [rad/s^2]

@@ -135,13 +135,12 @@ class DriveTrain {
   DriveTrain(const PlantModel& model, double wheel_radius);
 
   /// Moves x by a step in which an effective command v [rad/s] acts. At the acceleration limit the speed does not
-  /// depend on z and d, and z rests. @param limit_share part of the acceleration limit that the motor has.
-  Step step(Eigen::Vector3d& x, double acting, double limit_share = 1.0) const {
+  /// depend on z and d, and z rests.
+  Step step(Eigen::Vector3d& x, double acting) const {
     // x ← J x + b u, d unchanged
     const Eigen::Vector2d next = transition_.topRows<2>() * x + input_.head<2>() * acting;
     const double wanted = next(0) - x(0);
-    const double largest = limit_share * limit_ * kStep;
-    const double change = limited(wanted, largest);
+    const double change = limited(wanted, limit_ * kStep);
     if (change == wanted) {
       x.head<2>() = next;
     } else {

@@ -19,10 +19,8 @@
 /// variance S. It follows the natural gradient of 1/2 epsilon^2/S + 1/2 ln S along ln lambda_t, with forgetting. It
 /// soon shrinks for a motor like its model.
 ///
-/// After an acceleration beyond half the model's limit, w is uncertain by up to the limit's deviation times the change
-/// of w. Otherwise a slower motor would count as a disturbance. The motor's limit, a part lambda <= 1 of the model's,
-/// is learned from the measured change of speed while the model is at its limit. It follows the natural gradient of 1/2
-/// (dy - lambda dw)^2 / (2 Sigma_y), with forgetting. sigma_l is the initial deviation of lambda.
+/// After an acceleration beyond half the model's limit, w is uncertain by up to the limit's deviation sigma_l times the
+/// change of w. Otherwise a slower motor would count as a disturbance.
 ///
 /// Between measurements the belief x = (w, z, d, e) moves with the model, and its covariance P grows by the process
 /// noise of w and d. A measurement changes it by the gradient of the free energy
@@ -116,20 +114,15 @@ class WheelBelief {
 
  private:
   bool stalled() const;
-  void learnLimit(double moved);
-  void resetLimit();
   void widenTiming();
   void resetTiming();
   void learnTiming(double surprise, double part);
-  double limitDeviation() const;
   double timingDecay() const;
 
   DriveTrain drive_train_;
   DeadZone dead_zone_;
   CommandsUnderWay commands_;  // effective ones
   WheelBeliefParameters parameters_;
-  double limit_share_ = 1.0;      // lambda
-  double limit_curvature_ = 0.0;  // of F along lambda, in addition to that of the prior
   WheelState x_ = WheelState::Zero();
   WheelCovariance P_ = WheelCovariance::Zero();
   /// Response of a wheel to a ramp at the limit, with forgetting.
