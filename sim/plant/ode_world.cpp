@@ -231,8 +231,9 @@ void OdeWorld::solve() {
 /// ODE's friction is a box, scaled by dContactApprox1 with the normal force without friction. Here its limit is mu N
 /// with the normal force N of the last step; the tyres' spring makes N continuous. While the contact point slides at
 /// speed s, viscous friction of the coefficient mu N / s of the last step has the Coulomb magnitude mu N and opposes
-/// the slip in every direction. The solver applies it implicitly, without chatter. While the point sticks, friction is
-/// a rigid constraint within the pyramid.
+/// the slip in every direction. The solver applies it implicitly, without chatter, and without a bound: with two
+/// contacts close together at their bounds, one of them a kerb's, ODE often finds no forces ("LCP internal error").
+/// While the point sticks, friction is a rigid constraint within the pyramid.
 void OdeWorld::touch(std::size_t index, Contact& contact, const TouchPoint& touch) const {
   contact.touching = touch.depth >= 0.0;
   if (!contact.touching) return;
@@ -241,9 +242,10 @@ void OdeWorld::touch(std::size_t index, Contact& contact, const TouchPoint& touc
   contact.normal = touch.normal;
   contact.friction = friction_ * terrain_.frictionShare(touch.point.x(), touch.point.y());
   contact.rolling = rotationOf(wheels_[index]).col(1).cross(touch.normal).normalized();
-  contact.limit = contact.friction * contact.normal_force;
-  const bool slides = !contact.sticking && contact.limit > 0.0;
-  contact.slip = slides ? std::max(contact.slip_speed, kStickSpeed) / contact.limit : 0.0;
+  const double limit = contact.friction * contact.normal_force;
+  const bool slides = !contact.sticking && limit > 0.0;
+  contact.slip = slides ? std::max(contact.slip_speed, kStickSpeed) / limit : 0.0;
+  contact.limit = slides ? dInfinity : limit;
 }
 
 void OdeWorld::touch(std::size_t index) {
@@ -255,14 +257,7 @@ void OdeWorld::touch(std::size_t index) {
   touch(index, contacts_[index], {hub - radius * ground.normal, ground.normal, depth});
   const auto kerb = terrain_.kerb(hub, radius);
   kerb_contacts_[index].touching = false;
-  if (!kerb) return;
-  touch(index, kerb_contacts_[index], *kerb);
-  if (!contacts_[index].touching || !kerb_contacts_[index].touching) return;
-  // Forces of two contacts close together are nearly the same unknowns. With both at their bounds ODE often finds no
-  // solution ("LCP internal error"). The viscous friction of a sliding contact has Coulomb's magnitude without a bound.
-  for (Contact* contact : {&contacts_[index], &kerb_contacts_[index]}) {
-    if (contact->slip > 0.0) contact->limit = dInfinity;
-  }
+  if (kerb) touch(index, kerb_contacts_[index], *kerb);
 }
 
 void OdeWorld::createContact(std::size_t index, Contact& last) {

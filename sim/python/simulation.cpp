@@ -80,6 +80,7 @@ class ClosedLoop {
     const double ahead = takeLead();
     auto next = set_points.begin();
     const auto steps = std::llround(duration / sim::JackalPlant::kStep);
+    if (!samples_only_) recording_.rows.reserve(steps);
     for (long long k = 0; k < steps; ++k, plant_.step()) {
       const double now = plant_.time() - ahead;
       for (; next != set_points.end() && std::get<0>(*next) <= now + sim::kTimeTolerance; ++next) {
