@@ -32,7 +32,7 @@ struct PlantNodeParameters {
   /// Rate of /clock [Hz]; /clock is also published with each sample and while waiting for a follower. Each message
   /// wakes every node: 200 Hz halve the processor time, and a controller catches up with the steps of its belief
   /// between two.
-  double clock_rate = 1000.0;
+  double clock_rate = 200.0;
   double command_timeout = 0.0;  ///< age of the last command at which the wheels stop [s]; 0: never
   /// Simulated time since the last action of the controller after which the plant waits for the next [s], for example
   /// 1.1 action periods, because the controller lengthens some periods. So a busy machine slows the simulation and does
