@@ -35,9 +35,9 @@ ParameterMap ours(ParameterMap& map) {
 
 /// One axis of diff_drive_controller's limits.
 struct AxisLimits {
-  bool has_velocity_limits = false, has_acceleration_limits = false, has_jerk_limits = false;
-  double max_velocity = 0.0, max_acceleration = 0.0, max_jerk = 0.0;
-  double min_velocity = 0.0, min_acceleration = 0.0, min_jerk = 0.0;
+  bool has_velocity_limits = false, has_acceleration_limits = false;
+  double max_velocity = 0.0, max_acceleration = 0.0;
+  double min_velocity = 0.0, min_acceleration = 0.0;
 };
 
 AxisLimits readAxis(ParameterMap& map, const std::string& prefix) {
@@ -46,17 +46,17 @@ AxisLimits readAxis(ParameterMap& map, const std::string& prefix) {
   ParameterReader reader(map, prefix);
   reader.field("has_velocity_limits", p.has_velocity_limits, Presence::optional);
   reader.field("has_acceleration_limits", p.has_acceleration_limits, Presence::optional);
-  reader.field("has_jerk_limits", p.has_jerk_limits, Presence::optional);
+  bool has_jerk_limits = false;
+  reader.field("has_jerk_limits", has_jerk_limits, Presence::optional);
+  if (has_jerk_limits) throw ParameterError(prefix + ".has_jerk_limits = true: there is no limit of the jerk");
   reader.field("max_velocity", p.max_velocity, kSpeed, "", Presence::optional);
   reader.field("max_acceleration", p.max_acceleration, kAny, "", Presence::optional);
-  reader.field("max_jerk", p.max_jerk, kAny, "", Presence::optional);
+  for (const char* key : {"min_jerk", "max_jerk"}) map.take(prefix + "." + key);
   // Whenever a min_* is unspecified, it is -max_*.
   p.min_velocity = -p.max_velocity;
   p.min_acceleration = -p.max_acceleration;
-  p.min_jerk = -p.max_jerk;
   reader.field("min_velocity", p.min_velocity, kSpeed, "", Presence::optional);
   reader.field("min_acceleration", p.min_acceleration, kAny, "", Presence::optional);
-  reader.field("min_jerk", p.min_jerk, kAny, "", Presence::optional);
   return p;
 }
 
@@ -71,7 +71,6 @@ void setLimits(ParameterMap& map, const std::string& axis, const AxisLimits& p) 
     setUnlessGiven(map, prefix + "acceleration", p.max_acceleration);
     if (p.min_acceleration != -p.max_acceleration) setUnlessGiven(map, prefix + "deceleration", -p.min_acceleration);
   }
-  if (p.has_jerk_limits) setUnlessGiven(map, prefix + "jerk", std::min(p.max_jerk, -p.min_jerk));
 }
 
 /// A brake within a limit of the deceleration.

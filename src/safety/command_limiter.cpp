@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace jackal_aic {
 namespace {
@@ -13,14 +12,6 @@ double perStep(double bound, double step) { return bound > 0.0 ? bound * step : 
 
 double orElse(double value, double otherwise) { return value > 0.0 ? value : otherwise; }
 
-/// Largest change u from which changes that shrink by d each end at an error: error = u + (u - d) + ... in n terms, the
-/// last one in [0, d].
-double stoppingChange(double error, double d) {
-  if (d == HUGE_VAL || error == 0.0) return error;
-  const double n = std::ceil(0.5 * (std::sqrt(1.0 + 8.0 * error / d) - 1.0));
-  return error / n + 0.5 * d * (n - 1.0);
-}
-
 }  // namespace
 
 CommandLimiter::CommandLimiter(const LimitParameters& limits, const GeometryParameters& geometry, double period)
@@ -29,69 +20,27 @@ CommandLimiter::CommandLimiter(const LimitParameters& limits, const GeometryPara
       period_(period),
       largest_rise_(perStep(limits.linear_acceleration, period), perStep(limits.angular_acceleration, period)),
       largest_fall_(perStep(orElse(limits.linear_deceleration, limits.linear_acceleration), period),
-                    perStep(orElse(limits.angular_deceleration, limits.angular_acceleration), period)),
-      largest_difference_(perStep(limits.linear_jerk, period * period), perStep(limits.angular_jerk, period * period)) {
-}
+                    perStep(orElse(limits.angular_deceleration, limits.angular_acceleration), period)) {}
 
-WheelCommand CommandLimiter::drive(const WheelCommand& wanted, const std::optional<SetPoint>& set_point) {
+WheelCommand CommandLimiter::drive(const WheelCommand& wanted) {
   const Vector asked = bodyVelocity(wanted);
   if (!asked.allFinite()) return brake(largest_fall_(0) / period_, largest_fall_(1) / period_, HUGE_VAL);
   brake_steps_left_ = 0;
   const Vector error = speedFactor(asked) * asked - body_;
-  Vector way = error;
-  if (set_point) {
-    const SetPoint end = reachable(*set_point);
-    way = Vector(end.forward, end.yaw_rate) - body_;
-  }
-  const Vector step = change(error, way);
-  last_change_ = allowedFraction(step) * step;
-  body_ += last_change_;
-  return command();
-}
-
-double CommandLimiter::allowedFraction(const Vector& step) const {
-  const WheelCommand wheels = kinematics_.wheelSpeeds(body_(0), body_(1));
-  const WheelCommand more = kinematics_.wheelSpeeds(step(0), step(1));
-  double factor = 1.0;
-  for (const auto& [speed, rise] : {std::pair(wheels.left, more.left), std::pair(wheels.right, more.right)}) {
-    const double bound = std::copysign((1.0 + kRounding) * limits_.wheel_speed, rise);
-    if (std::abs(speed + rise) > std::abs(bound)) factor = std::min(factor, std::max(0.0, (bound - speed) / rise));
-  }
-  return factor;
-}
-
-CommandLimiter::Vector CommandLimiter::change(const Vector& error, const Vector& way) const {
-  Vector separate;
   double factor = 1.0;
   for (int i = 0; i < 2; ++i) {
-    separate(i) = separateChange(i, error(i), way(i));
-    if (error(i) != 0.0) factor = std::min(factor, std::max(separate(i) / error(i), 0.0));
+    if (error(i) != 0.0) factor = std::min(factor, largestChange(i, error(i)) / std::abs(error(i)));
   }
-  const Vector together = factor * error;
-  return keepsJerk(together) ? together : separate;
-}
-
-double CommandLimiter::separateChange(int i, double error, double way) const {
-  const double d = largest_difference_(i), far = std::abs(error);
-  // The wanted command continues towards the set point unless it is beyond it, or turns away.
-  const double end = error * way > 0.0 ? std::max(far, std::abs(way)) : far;
-  const double largest = std::min({far, largestChange(i, error), stoppingChange(end, d)});
-  return std::clamp(std::copysign(largest, error), last_change_(i) - d, last_change_(i) + d);
+  body_ += factor * error;
+  return command();
 }
 
 double CommandLimiter::largestChange(int i, double error) const {
   const double rise = largest_rise_(i), fall = largest_fall_(i), speed = std::abs(body_(i));
   if (body_(i) * error >= 0.0) return rise;
   if (std::abs(error) <= speed || fall == rise) return fall;
-  // Through zero: at most the rise's change is left there.
-  const double d = largest_difference_(i);
-  if (d == HUGE_VAL) return speed >= fall ? fall : speed + rise * (1.0 - speed / fall);
-  return std::min(fall, std::max(rise, std::sqrt(rise * rise + 2.0 * d * std::max(0.0, speed - fall))));
-}
-
-bool CommandLimiter::keepsJerk(const Vector& change) const {
-  const double slack = 1.0 + kRounding;
-  return ((change - last_change_).array().abs() <= slack * largest_difference_.array()).all();
+  // Through zero: the rise has the share of the period that the fall leaves.
+  return speed >= fall ? fall : speed + rise * (1.0 - speed / fall);
 }
 
 WheelCommand CommandLimiter::brake(double linear, double angular, double longest) {
@@ -102,9 +51,7 @@ WheelCommand CommandLimiter::brake(double linear, double angular, double longest
   const double allowed = std::floor(longest / period_ + kRounding);
   const int steps = static_cast<int>(std::max(1.0, std::min(needed, allowed)));
   brake_steps_left_ = brake_steps_left_ > 0 ? std::min(brake_steps_left_, steps) : steps;
-  const Vector next = body_ * (static_cast<double>(brake_steps_left_ - 1) / brake_steps_left_);
-  last_change_ = next - body_;
-  body_ = next;
+  body_ *= static_cast<double>(brake_steps_left_ - 1) / brake_steps_left_;
   if (--brake_steps_left_ == 0) reset();
   return command();
 }
@@ -117,7 +64,6 @@ SetPoint CommandLimiter::reachable(const SetPoint& wanted) const {
 
 void CommandLimiter::reset() {
   body_.setZero();
-  last_change_.setZero();
   brake_steps_left_ = 0;
 }
 

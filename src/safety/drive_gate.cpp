@@ -86,9 +86,9 @@ bool DriveGate::acknowledged(const GateInputs& inputs) const {
   return gone_for_ > hold && inputs.set_point_at_rest && limiter_.atRest();
 }
 
-WheelCommand DriveGate::drive(const WheelCommand& action, const SetPoint& set_point) {
+WheelCommand DriveGate::drive(const WheelCommand& action) {
   action_diverged_ = !action.vector().allFinite();
-  return limiter_.drive(action, set_point);
+  return limiter_.drive(action);
 }
 
 WheelCommand DriveGate::brake() {

@@ -419,10 +419,10 @@ void DriveLoop::drive(double now) {
     controller_->overrule(*others);
     action_ = motors_.offer(kinematics_.wheelSpeeds(set_point_.forward, set_point_.yaw_rate));
     gate_.follow(*others);
-    gate_.drive(action_, set_point_);
+    gate_.drive(action_);
   } else {
     action_ = controller_->updateAction();
-    controller_->hold(gate_.drive(action_, set_point_));
+    controller_->hold(gate_.drive(action_));
   }
 }
 

@@ -53,20 +53,21 @@ TEST(RosControlParameters, LimitsAreThoseOfTheGateUnlessItHasItsOwn) {
   ParameterMap map = bare();
   addYamlText(
       "linear.x: {has_velocity_limits: true, max_velocity: 1.0, min_velocity: -0.5, has_acceleration_limits: true, "
-      "max_acceleration: 1.0, min_acceleration: -0.5, has_jerk_limits: true, max_jerk: 5.0}\n"
+      "max_acceleration: 1.0, min_acceleration: -0.5, has_jerk_limits: false, max_jerk: 5.0}\n"
       "angular.z: {max_velocity: 1.0, has_velocity_limits: false}",
       "text", map);
   const auto limits = read(map).drive.gate.limits;
   EXPECT_EQ(limits.linear_speed, 1.0);
   EXPECT_EQ(limits.linear_acceleration, 1.0);
   EXPECT_EQ(limits.linear_deceleration, 0.5);
-  EXPECT_EQ(limits.linear_jerk, 5.0);
   EXPECT_EQ(limits.angular_speed, LimitParameters{}.angular_speed);
   const auto brake = read(map).drive.gate.brake;
   EXPECT_EQ(brake.linear_deceleration, 0.5);
   EXPECT_EQ(brake.time, 2.0);
   map.set("limits.linear_speed", 0.8);
   EXPECT_EQ(read(map).drive.gate.limits.linear_speed, 0.8);
+  map.set("linear.x.has_jerk_limits", true);
+  EXPECT_THROW(read(map), ParameterError);
 }
 
 TEST(RosControlParameters, ByDefaultThePredictiveOneDrivesAnAssumedJackal) {

@@ -14,19 +14,12 @@ constexpr double kPeriod = 0.02;  // s
 const GeometryParameters kGeometry{};
 const SkidSteerKinematics kKinematics(kGeometry);
 
-/// @param deceleration [m/s^2], 0: none of its own.
-LimitParameters limitsOf(double acceleration, double jerk, double deceleration = 0.0) {
+/// Accelerations [m/s^2], [rad/s^2]. @param deceleration [m/s^2], 0: none of its own.
+LimitParameters limitsOf(double linear, double angular, double deceleration = 0.0) {
   LimitParameters limits;
-  limits.linear_acceleration = acceleration;
-  limits.linear_jerk = jerk;
+  limits.linear_acceleration = linear;
+  limits.angular_acceleration = angular;
   limits.linear_deceleration = deceleration;
-  return limits;
-}
-
-LimitParameters withJerk() {
-  LimitParameters limits = limitsOf(2.0, 10.0);
-  limits.angular_acceleration = 4.0;
-  limits.angular_jerk = 30.0;
   return limits;
 }
 
@@ -50,13 +43,10 @@ class Drive {
   double yawRate() const { return path.back()(kYaw); }
   double change(std::size_t i, int channel = kForward) const { return path[i](channel) - path[i - 1](channel); }
 
-  /// Largest difference quotient of a channel over the path, of order 1 (acceleration) or 2 (jerk).
-  double steepest(int channel, int order, std::size_t from = 0) const {
+  /// Largest acceleration of a channel over the path.
+  double steepest(int channel) const {
     double largest = 0.0;
-    for (std::size_t i = from + order; i < path.size(); ++i) {
-      const double difference = change(i, channel) - (order == 2 ? change(i - 1, channel) : 0.0);
-      largest = std::max(largest, std::abs(difference) / std::pow(kPeriod, order));
-    }
+    for (std::size_t i = 1; i < path.size(); ++i) largest = std::max(largest, std::abs(change(i, channel)) / kPeriod);
     return largest;
   }
 
@@ -107,18 +97,16 @@ TEST(CommandLimiter, ScalesSpeedsIntoTheLimitsOnTheirCurvature) {
 }
 
 TEST(CommandLimiter, RampsFromRestOnTheCurvatureOfTheTarget) {
-  for (const bool jerk : {false, true}) {
-    Drive drive(jerk ? withJerk() : LimitParameters{});
-    drive.settle(1.5, 0.75);
-    for (const auto& body : drive.path) EXPECT_NEAR(body(kYaw), 0.5 * body(kForward), 1e-9);
-    EXPECT_NEAR(drive.path[1](kForward), jerk ? 10.0 * kPeriod * kPeriod : 0.4, 1e-9);
-    EXPECT_NEAR(drive.steepest(kForward, 1), jerk ? 2.0 : 20.0, 1e-6);
-    EXPECT_NEAR(drive.forward(), 1.5, 1e-9);
-  }
+  Drive drive;
+  drive.settle(1.5, 0.75);
+  for (const auto& body : drive.path) EXPECT_NEAR(body(kYaw), 0.5 * body(kForward), 1e-9);
+  EXPECT_NEAR(drive.path[1](kForward), 0.4, 1e-9);
+  EXPECT_NEAR(drive.steepest(kForward), 20.0, 1e-6);
+  EXPECT_NEAR(drive.forward(), 1.5, 1e-9);
 }
 
 TEST(CommandLimiter, BeyondZeroTheDecelerationIsTheAcceleration) {
-  Drive drive(limitsOf(1.0, 0.0, 4.0));
+  Drive drive(limitsOf(1.0, 25.0, 4.0));
   drive.settle(0.5, 0.0);
   EXPECT_EQ(stepsTo(drive, -0.5), 32) << "6.25 periods down, 25 up";
   for (std::size_t i = 501; i < drive.path.size(); ++i) {
@@ -127,88 +115,13 @@ TEST(CommandLimiter, BeyondZeroTheDecelerationIsTheAcceleration) {
     const double largest = before >= 0.08 ? 0.08 : before > 0.0 ? before + 0.02 * (1.0 - before / 0.08) : 0.02;
     ASSERT_NEAR(std::abs(drive.change(i)), std::min(largest, std::abs(-0.5 - before)), 1e-9) << i;
   }
-  for (const double jerk : {10.0, 20.0, 60.0}) {
-    Drive jerked(limitsOf(1.0, jerk, 4.0));
-    jerked.settle(1.0, 0.0);
-    const std::size_t reversal = jerked.path.size();
-    jerked.settle(-1.0, 0.0);
-    for (std::size_t i = reversal; i < jerked.path.size(); ++i) {
-      if (jerked.path[i - 1](kForward) > 0.0) continue;
-      ASSERT_LE(-jerked.change(i) / kPeriod, 1.0 + jerk * kPeriod + 1e-9) << jerk << " m/s^3, step " << i - reversal;
-    }
-    EXPECT_GT(jerked.steepest(kForward, 1, reversal), 2.0) << "on the way to zero";
-    EXPECT_NEAR(jerked.forward(), -1.0, 1e-9);
-    EXPECT_LE(jerked.steepest(kForward, 2), jerk * (1.0 + 1e-6));
-  }
 }
 
-/// Shortest time of a change of speed within acceleration and jerk, from and to acceleration zero [s].
-double optimalTime(double change, double acceleration, double jerk) {
-  const double ramp = acceleration / jerk;
-  return change >= acceleration * ramp ? change / acceleration + ramp : 2.0 * std::sqrt(change / jerk);
-}
-
-TEST(CommandLimiterJerk, IsAtMostAPeriodSlowerThanTheTimeOptimalProfile) {
-  for (const auto& [acceleration, jerk] : {std::pair(1.0, 5.0), std::pair(2.0, 10.0), std::pair(1.8, 2.0)}) {
-    for (const auto& [from, to] : {std::pair(0.0, 1.0), std::pair(0.0, 0.1), std::pair(0.0, -0.02), std::pair(1.5, 0.0),
-                                   std::pair(1.0, -1.0), std::pair(-0.4, 0.9)}) {
-      SCOPED_TRACE(testing::Message() << from << " -> " << to << " m/s, " << acceleration << ", " << jerk);
-      Drive drive(limitsOf(acceleration, jerk));
-      drive.settle(from, 0.0);
-      EXPECT_LE(kPeriod * stepsTo(drive, to), optimalTime(std::abs(to - from), acceleration, jerk) + kPeriod);
-      EXPECT_LE(drive.steepest(kForward, 1), acceleration + 1e-6);
-      EXPECT_LE(drive.steepest(kForward, 2), jerk * (1.0 + 1e-6));
-      for (const auto& body : drive.path) {
-        EXPECT_LE(body(kForward), std::max(from, to) + 1e-9) << "overshoot";
-        EXPECT_GE(body(kForward), std::min({from, to, 0.0}) - 1e-9);
-      }
-    }
-  }
-}
-
-TEST(CommandLimiterJerk, CommandBeyondTheSetPointIsTheEnd) {
-  Drive drive(limitsOf(1.0, 5.0)), alone(limitsOf(1.0, 5.0));
-  for (int i = 0; i < 100; ++i) {
-    const double forward = kKinematics.bodyVelocity(drive.limiter.drive(wheels(0.6, 0.0), SetPoint{0.1, 0.0, 0.0}))(0);
-    ASSERT_NEAR(forward, alone.step(0.6, 0.0)(kForward), 1e-12) << i;
-  }
-  EXPECT_NEAR(alone.forward(), 0.6, 1e-9);
-}
-
-TEST(CommandLimiterJerk, HoldsInTurnsAndAfterAnUnfinishedBrake) {
-  Drive drive(withJerk());
-  for (const double yaw_rate : {1.0, -2.0, 0.0}) drive.settle(0.0, yaw_rate);
-  EXPECT_NEAR(drive.steepest(kYaw, 2), 30.0, 1e-6);
-  drive.settle(1.5, 0.0);
-  for (int i = 0; i < 3; ++i) drive.brake(2.0, 4.0, 10.0);
-  const std::size_t braked = drive.path.size();
-  drive.settle(1.5, 0.0);
-  EXPECT_LE(drive.steepest(kForward, 2, braked - 2), 10.0 + 1e-5);
-  EXPECT_NEAR(drive.forward(), 1.5, 1e-9);
-}
-
-TEST(CommandLimiterJerk, WheelAtItsLimitIsUsedUp) {
-  // The turn comes at once, the forward speed still rises: together they would ask too much of the right wheel.
-  LimitParameters limits = limitsOf(2.0, 5.0);
-  limits.wheel_speed = 10.0;  // rad/s, 0.98 m/s
-  limits.angular_jerk = 1000.0;
-  Drive drive(limits);
-  for (int i = 0; i < 28; ++i) drive.step(0.95, 0.0);
-  double fastest = 0.0;
-  for (int i = 0; i < 200; ++i) {
-    drive.step(0.1, 2.5);
-    fastest = std::max(fastest, drive.limiter.command().right);
-  }
-  EXPECT_NEAR(fastest, 10.0, 1e-6);
-  EXPECT_NEAR(drive.forward(), 0.1, 1e-6);
-  EXPECT_NEAR(drive.yawRate(), 2.5, 1e-6);
-}
-
-TEST(CommandLimiterJerk, KeepsItsLimitsUnderRandomCommandsAndArrives) {
+TEST(CommandLimiter, KeepsItsLimitsUnderRandomCommandsAndArrives) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> forward(-3.0, 3.0), yaw_rate(-6.0, 6.0);
   std::uniform_int_distribution<int> duration(1, 60);
-  Drive drive(withJerk());
+  Drive drive(limitsOf(2.0, 4.0));
   for (int i = 0; i < 2000; ++i) {
     const double v = forward(random), w = yaw_rate(random);
     for (int steps = duration(random); steps > 0; --steps) {
@@ -224,8 +137,8 @@ TEST(CommandLimiterJerk, KeepsItsLimitsUnderRandomCommandsAndArrives) {
     ASSERT_NEAR(drive.forward(), end.forward, 1e-6) << i;
     ASSERT_NEAR(drive.yawRate(), end.yaw_rate, 1e-6) << i;
   }
-  EXPECT_LE(drive.steepest(kForward, 1), 2.0 + 1e-6);
-  EXPECT_LE(drive.steepest(kYaw, 1), 4.0 + 1e-6);
+  EXPECT_LE(drive.steepest(kForward), 2.0 + 1e-6);
+  EXPECT_LE(drive.steepest(kYaw), 4.0 + 1e-6);
 }
 
 TEST(CommandLimiterBrake, KeepsItsTimeAndCanBeHardened) {
@@ -236,13 +149,13 @@ TEST(CommandLimiterBrake, KeepsItsTimeAndCanBeHardened) {
     timed.brake(3.0, 6.0, 0.2);
   }
   EXPECT_TRUE(timed.limiter.atRest());
-  EXPECT_LE(timed.steepest(kForward, 1), 20.0 + 1e-6);
+  EXPECT_LE(timed.steepest(kForward), 20.0 + 1e-6);
   hardened.settle(2.0, 0.0);
   hardened.brake();
   int steps = 0;
   for (; !hardened.limiter.atRest() && steps < 100; ++steps) hardened.brake(20.0, 25.0, 1.0);
   EXPECT_EQ(steps, 5) << "1.94 m/s at 20 m/s^2";
-  EXPECT_LE(hardened.steepest(kForward, 1), 20.0 + 1e-6);
+  EXPECT_LE(hardened.steepest(kForward), 20.0 + 1e-6);
 }
 
 TEST(CommandLimiterBrake, NextBrakeTakesItsOwnTime) {

@@ -92,9 +92,8 @@ class DriveGateTest : public testing::Test {
 
   GateDecision step(const GateInputs& inputs) {
     const GateDecision decision = gate.decide(inputs);
-    command = decision.status == DriveStatus::driving
-                  ? gate.drive(kKinematics.wheelSpeeds(wanted, 0.5 * wanted), {wanted, 0.0, 0.5 * wanted})
-                  : gate.brake();
+    command = decision.status == DriveStatus::driving ? gate.drive(kKinematics.wheelSpeeds(wanted, 0.5 * wanted))
+                                                      : gate.brake();
     EXPECT_EQ(command, gate.command());
     return decision;
   }
@@ -219,7 +218,7 @@ TEST_F(DriveGateTest, FaultHasToBeGoneForASecond) {
 TEST_F(DriveGateTest, ActionThatIsNotFiniteBrakesAsAFault) {
   steps(clear, 1.0);
   ASSERT_EQ(gate.decide(clear).status, DriveStatus::driving);
-  const WheelCommand next = gate.drive({kNaN, 1.0}, {});
+  const WheelCommand next = gate.drive({kNaN, 1.0});
   EXPECT_LT(next.left, command.left);
   EXPECT_GT(next.left, 0.0) << "not at once";
   command = next;
@@ -235,7 +234,7 @@ TEST_F(DriveGateTest, ResetForgetsMotionFaultBrakeAndDivergedAction) {
   EXPECT_EQ(gate.command(), WheelCommand{});
   expectLatched(5.0, DriveStatus::stopped, StopCause::start);
   EXPECT_EQ(step(zero).status, DriveStatus::driving);
-  gate.drive({kNaN, 1.0}, {});
+  gate.drive({kNaN, 1.0});
   gate.reset();
   gate.release();
   EXPECT_EQ(steps(clear, 1.0).status, DriveStatus::driving);

@@ -71,8 +71,7 @@ class DriveGate {
 
   /// The action within the limits: the command of this step while driving. An action that is not finite brakes and
   /// counts as a diverged belief in the next step.
-  /// @param set_point the end of the actions.
-  WheelCommand drive(const WheelCommand& action, const SetPoint& set_point);
+  WheelCommand drive(const WheelCommand& action);
 
   /// While driving: another source drove the motors with this command; the next step continues from it.
   void follow(const WheelCommand& applied) { limiter_.follow(applied); }

@@ -9,7 +9,7 @@
 
 namespace jackal_aic {
 
-/// Bounds of the drive command; defaults as on the stock Jackal, without jerk limits. YAML prefix `limits`.
+/// Bounds of the drive command; defaults as on the stock Jackal. YAML prefix `limits`.
 struct LimitParameters {
   double linear_speed = 2.0;           ///< largest |x_dot| of the command [m/s]
   double angular_speed = 4.0;          ///< largest |theta_dot| of the command [rad/s]
@@ -18,8 +18,6 @@ struct LimitParameters {
   double linear_deceleration = 0.0;    ///< largest while |x_dot| falls; 0: as the acceleration
   double angular_acceleration = 25.0;  ///< largest |theta_ddot| of the command [rad/s^2]; 0: none
   double angular_deceleration = 0.0;   ///< largest while |theta_dot| falls; 0: as the acceleration
-  double linear_jerk = 0.0;            ///< largest jerk of x_dot while driving [m/s^3]; 0: none
-  double angular_jerk = 0.0;           ///< largest jerk of theta_dot while driving [rad/s^3]; 0: none
 };
 
 /// Lists the fields of LimitParameters with unit and range.
@@ -32,8 +30,6 @@ void describeFields(Visitor& v, LimitParameters& p) {
   v.field("linear_deceleration", p.linear_deceleration, {0.0, 1000.0}, "m/s^2", Presence::optional);
   v.field("angular_acceleration", p.angular_acceleration, {0.0, 1000.0}, "rad/s^2", Presence::optional);
   v.field("angular_deceleration", p.angular_deceleration, {0.0, 1000.0}, "rad/s^2", Presence::optional);
-  v.field("linear_jerk", p.linear_jerk, {0.0, 1e5}, "m/s^3", Presence::optional);
-  v.field("angular_jerk", p.angular_jerk, {0.0, 1e5}, "rad/s^3", Presence::optional);
 }
 
 /// Ages beyond which an input no longer counts, 0 for never. YAML prefix `deadlines`.
@@ -96,7 +92,7 @@ inline constexpr std::array<const char*, 2> kRestartPolicyNames{"acknowledged", 
 
 /// All parameters of the drive gate.
 struct GateParameters {
-  LimitParameters limits;                                          ///< of speed, acceleration and jerk
+  LimitParameters limits;                                          ///< of speed and acceleration
   DeadlineParameters deadlines;                                    ///< of the inputs
   BrakeParameters brake;                                           ///< how it brakes
   PlausibilityParameters plausibility;                             ///< of beliefs and measurements
