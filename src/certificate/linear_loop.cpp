@@ -187,7 +187,7 @@ LinearLoop::LinearLoop(const ControllerParameters& controller, const GeometryPar
 LinearLoop::LinearLoop(const PredictiveParameters& parameters, const PlantModel& model, const PlantModel& robot)
     : robot_(robot), model_(model), action_gain_(parameters.action_learning_rate), modes_{LoopMode::straight} {
   validate(parameters);
-  belief_.emplace(model, 1.0, wheelBeliefParameters(parameters));
+  belief_.emplace(model, 1.0, wheelBeliefParameters(parameters, model));
   clock_ =
       clockOf(parameters.action_rate, parameters.beliefStepsPerAction(), robot.sensor_rate, "predictive.action_rate");
   WheelBelief belief = *belief_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "jackal_aic/model/forgetting.hpp"
+#include "jackal_aic/model/square.hpp"
 #include "jackal_aic/model/thresholds.hpp"
 
 namespace jackal_aic {
@@ -77,6 +78,7 @@ void WheelBelief::restart(double speed) {
   lagged_ = corrected_ = measured_ = predicted_ = speed;
   steps_ = limited_steps_ = 0;
   limit_doubt_ = rate_ = 0.0;
+  known_command_ = commands_.acting();
   ramp_ = {};
 }
 
@@ -99,6 +101,10 @@ void WheelBelief::predictActing(double command) {
   P_ = (J * P_).eval().lazyProduct(J.transpose()).eval();
   P_(kSpeed, kSpeed) += parameters_.speed_process_noise * kStep;
   P_(kDisturbance, kDisturbance) += parameters_.disturbance_process_noise * kStep;
+  // The error of the gain is another disturbance under another command.
+  average(known_command_, command, kStep, thresholds::kMotionMemory);
+  double& doubt = P_(kDisturbance, kDisturbance);
+  doubt = std::max(doubt, square(parameters_.gain_deviation * drive_train_.gain() * (command - known_command_)));
   widenTiming();
 }
 

@@ -12,7 +12,7 @@ WheelController::WheelController(const PredictiveParameters& parameters, const P
       gain_(model.gain),
       dead_zone_(model),
       learning_rate_(parameters.action_learning_rate),
-      belief_(model, wheel_radius, wheelBeliefParameters(parameters)),
+      belief_(model, wheel_radius, wheelBeliefParameters(parameters, model)),
       path_(model, wheel_radius, parameters.reference_time, 1.0 / parameters.action_rate) {}
 
 void WheelController::act(double input) {
@@ -62,7 +62,9 @@ void WheelController::setDriveTrain(const PlantModel& model, double wheel_radius
 
 void WheelController::setParameters(const PredictiveParameters& parameters) {
   learning_rate_ = parameters.action_learning_rate;
-  belief_.setParameters(wheelBeliefParameters(parameters));
+  WheelBeliefParameters belief = wheelBeliefParameters(parameters, {});
+  belief.gain_deviation = belief_.parameters().gain_deviation;  // of the model
+  belief_.setParameters(belief);
   path_.setReferenceTime(parameters.reference_time);
 }
 

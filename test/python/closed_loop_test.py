@@ -251,6 +251,13 @@ class Unidentified(unittest.TestCase):
                     found = self.response({'wheel_gain': gain, 'seed': seed}, set_point)
                     self.assertLess(found['settling_s'], fastest_wheel / self.ASKED + 0.65, (gain, set_point, seed))
 
+    def test_a_wrong_gain_is_made_up_for_in_the_first_motion(self):
+        for gain in (0.8, 0.84, 0.87, 0.9):
+            for set_point, settles in ((HALF, 0.64), ((1.0, 0.0), 0.85)):
+                found = self.response({'wheel_gain': gain, 'seed': 2}, set_point)
+                self.assertLess(found['settling_s'], settles, (gain, set_point))
+                self.assertLess(found['overshoot_pct'], 3.0, (gain, set_point))
+
     def test_it_accelerates_more_in_the_first_acceleration(self):
         """The wheels follow the assumed limit, so more is tried. Weaker motors do not wind up."""
         for limit, settles in ((0.5, 1.45), (1.0, 0.85), (2.5, 0.65)):

@@ -266,14 +266,20 @@ class Traction(unittest.TestCase):
 
     def test_on_ice_the_believed_speed_is_that_of_the_body(self):
         ice = {'plant.friction': 0.1}
-        cases = [('predictive', 'ground', speed, 4, {**ice, 'plant.seed': seed}) for speed in (0.3, 0.5, 0.8, 1.0, 1.5, -1.0) for seed in (1, 2)]
+        cases = [('predictive', 'ground', speed, 4, {**ice, 'plant.seed': seed}) for speed in (0.3, 0.5, 0.8, 1.0) for seed in (1, 2)]
+        cases += [('predictive', 'ground', speed, 4, {**ice, 'plant.seed': seed}) for speed in (1.5, -1.0) for seed in (1, 2, 3, 4)]
         cases += [('improved', 'ground', speed, 3, ice) for speed in (0.5, 1.0, 1.5)]
+        fast = {1.5: [], -1.0: []}  # the longest slides, whose errors scatter
         for case, found in self.found(cases):
             believed = found.believed_speed if case[0] == 'predictive' else found.odometry_speed
-            self.assertLessEqual(self.worst(found, believed), 0.03 if case[2] in (0.3, 0.5, 0.8, 1.0) else 0.045, case)
+            worst = self.worst(found, believed)
+            self.assertLessEqual(worst, 0.055 if case[2] in fast else 0.03, case)
+            fast.get(case[2], []).append(worst)
             if case[0] == 'predictive':
                 self.assertNotIn(STUCK, found.fault, case)
                 self.assert_no_fault_of_a_sensor_or_a_motor(found, case)
+        for speed, errors in fast.items():
+            self.assertLessEqual(numpy.mean(errors), 0.04, (speed, errors))
 
     def test_with_grip_the_wheels_are_believed(self):
         cases = [('predictive', 'ground', speed, 3, {'plant.friction': friction}) for friction in (0.25, 0.5, 1.0) for speed in (0.1, 0.5, 1.5)]

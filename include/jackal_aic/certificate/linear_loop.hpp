@@ -14,7 +14,7 @@
 ///
 /// Over the common period of sensor, belief and action a loop maps its state linearly; it is asymptotically stable if
 /// and only if the spectral radius of that map is below 1. Left out: limits on speed and acceleration, noise, wheel
-/// slip dynamics, the smaller gain of the predictive belief while a wheel accelerates, and slow learning.
+/// slip dynamics, the other gains of the predictive belief while a wheel accelerates, and slow learning.
 
 #include <Eigen/Core>
 #include <cstdint>

@@ -15,16 +15,15 @@
 ///
 /// What cannot be told apart:
 /// - both wheels stopped and both encoders dead, in straight driving: neither changes the yaw rate. Taken for the
-/// former.
+///   former.
 /// - a blocked wheel and a dead encoder without a gyro (lost, faulty, or robot on a box). Taken for the former.
 /// - a gyro that errs and a wheel that slips with its encoder and motor in order. Taken for the former, until the
-/// motion
-///   changes and shows which it was.
+///   motion changes and shows which it was.
 /// - a frozen or dead encoder of a wheel at rest; found when the wheel should move.
 /// - a robot that is pushed and an encoder that turns by itself, of wheels that are to stand. Taken for the former; the
 ///   encoders do not count meanwhile, and the controller has to hold the command at zero.
 /// - a frozen encoder of a wheel that keeps its speed, where the noise is below the encoder's resolution; found when
-/// the speed should change.
+///   the speed should change.
 
 #include <array>
 #include <optional>

@@ -20,7 +20,9 @@
 /// soon shrinks for a motor like its model.
 ///
 /// After an acceleration beyond half the model's limit, w is uncertain by up to the limit's deviation sigma_l times the
-/// change of w. Otherwise a slower motor would count as a disturbance.
+/// change of w. Otherwise a slower motor would count as a disturbance. After a change of the acting command, d is
+/// uncertain by at least the gain's deviation sigma_g times the change of gain u of late, because the error of the gain
+/// is another disturbance under another command.
 ///
 /// Between measurements the belief x = (w, z, d, e) moves with the model, and its covariance P grows by the process
 /// noise of w and d. A measurement changes it by the gradient of the free energy
@@ -48,6 +50,7 @@ struct WheelBeliefParameters {
   double turning_time_constant = 0.0;       ///< T_e in a turn, if longer [s]
   double learning_rate = 1.0;               ///< kappa_mu of the natural gradient, above 0 and at most 1
   double limit_deviation = 0.0;             ///< sigma_l, relative standard deviation of the acceleration limit
+  double gain_deviation = 0.0;              ///< sigma_g, relative standard deviation of the gain
   double disturbance_deviation = 0.3;       ///< initial deviation of d [rad/s]; 0: no disturbance
 };
 
@@ -147,7 +150,8 @@ class WheelBelief {
   std::size_t limited_steps_ = 0;  // inner steps in a row at the acceleration limit
   double limit_doubt_ = 0.0;       // standard deviation of w that the limit caused since the last measurement [rad/s]
   double rate_ = 0.0;
-  double turning_ = 0.0;  // share of a turn in T_e
+  double known_command_ = 0.0;  // mean acting command of late [rad/s]
+  double turning_ = 0.0;        // share of a turn in T_e
 };
 
 }  // namespace jackal_aic

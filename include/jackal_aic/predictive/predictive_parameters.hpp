@@ -54,7 +54,7 @@ void describeFields(Visitor& v, PredictiveParameters& p) {
 /// divide 1 kHz.
 const PredictiveParameters& validate(const PredictiveParameters& parameters);
 
-/// The parameters of the belief about a wheel.
-WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& parameters);
+/// The parameters of the belief about a wheel with this drive train.
+WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& parameters, const PlantModel& model);
 
 }  // namespace jackal_aic
