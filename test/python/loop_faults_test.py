@@ -124,6 +124,16 @@ class HealthyRobot(unittest.TestCase):
                             self.assertIn('moved from outside', ' '.join(text for _, text, _ in found.findings), case)
 
 
+class GyroOffset(unittest.TestCase):
+
+    def test_of_a_small_one_no_encoder_is_accused(self):
+        """In a stop, wheels that are late against their commands may explain as much of the turn for a fifth of a second."""
+        cases = [('predictive', 'real', motions.joystick(seed, 40.0)._replace(faults=(Fault('bias', 10.0, 'gyro', offset),)), {'plant.seed': seed})
+                 for offset, seeds in ((0.1, (7, 11)), (-0.1, (6, 7, 16))) for seed in seeds]
+        for case, found in drives(cases):
+            self.assertEqual([text for _, text, faulty in found.findings if faulty and 'encoder' in text], [], case[3])
+
+
 class FrozenEncoder(unittest.TestCase):
     STEP_TIME = 4.0  # s, the set point changes, a second after the encoder froze
 

@@ -33,7 +33,7 @@ struct CommandedWheel {
 class TurnWitness {
  public:
   static constexpr double kMemory = 0.1;        ///< of the evidence; gyro and encoders may differ by it in time [s]
-  static constexpr double kSureSamples = 10.0;  ///< of the encoders, until an encoder is convicted
+  static constexpr double kSureSamples = 20.0;  ///< of the encoders, until an encoder is convicted
   static constexpr double kLeastError = 0.04;   ///< root mean square of a contradiction [rad/s]
   static constexpr double kExplained = 0.25;    ///< part of the evidence that a right hypothesis leaves at most
   static constexpr double kAlike = 0.15;        ///< by which unlike motors may differ, relative
