@@ -78,8 +78,8 @@ class OdeWorld {
     double friction = 0.0;                               ///< Coulomb coefficient of the place
     Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< in which they touch [m]
     double depth = 0.0;                                  ///< penetration of the wheel into the ground [m]
-    double limit = 0.0;                                  ///< of the friction, in each direction [N]
-    double slip = 0.0;                                   ///< slip speed per friction [m/(N s)]; 0 sticks
+    double limit = 0.0;  ///< of the friction, in each direction [N]; none while it slides
+    double slip = 0.0;   ///< slip speed per friction [m/(N s)]; 0 sticks
     bool sticking = true;
     double normal_force = 0.0;  ///< [N]
     double slip_speed = 0.0;    ///< of the contact point over the ground [m/s]

@@ -48,7 +48,8 @@ AxisLimits readAxis(ParameterMap& map, const std::string& prefix) {
   reader.field("has_acceleration_limits", p.has_acceleration_limits, Presence::optional);
   bool has_jerk_limits = false;
   reader.field("has_jerk_limits", has_jerk_limits, Presence::optional);
-  if (has_jerk_limits) throw ParameterError(prefix + ".has_jerk_limits = true: there is no limit of the jerk");
+  if (has_jerk_limits)
+    throw ParameterError(prefix + ".has_jerk_limits = true: must be false, the jerk has no limit here");
   reader.field("max_velocity", p.max_velocity, kSpeed, "", Presence::optional);
   reader.field("max_acceleration", p.max_acceleration, kAny, "", Presence::optional);
   for (const char* key : {"min_jerk", "max_jerk"}) map.take(prefix + "." + key);

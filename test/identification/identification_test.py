@@ -19,7 +19,7 @@ from jackal_aic import Estimate
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = importlib.machinery.SourceFileLoader('identify', str(SOURCE / 'src/tools/identify')).load_module()
 RADIUS, TRACK = 0.098, 0.6  # m; the track is that of drive()
-TRIALS = int(os.environ.get('JACKAL_AIC_INTERVAL_TRIALS', 100))  # robots over which the intervals are counted
+TRIALS = int(os.environ.get('JACKAL_AIC_INTERVAL_TRIALS', 200))  # robots over which the intervals are counted
 
 
 class Recording(typing.NamedTuple):
