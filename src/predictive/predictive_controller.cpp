@@ -265,8 +265,8 @@ void PredictiveController::adoptGains(const PredictiveParameters& parameters) {
   requireUnchanged("predictive.belief_rate", parameters.belief_rate, parameters_.belief_rate);
   requireUnchanged("predictive.action_rate", parameters.action_rate, parameters_.action_rate);
   parameters_ = parameters;
-  left_.setParameters(parameters);
-  right_.setParameters(parameters);
+  left_.setParameters(parameters, configured_model_);
+  right_.setParameters(parameters, configured_model_);
   yaw_.setParameters(yawParameters(parameters));
   traction_.setTurningCentre(parameters.turning_centre);
   drive_train_.setWheelVariance(parameters.wheel_variance);

@@ -12,7 +12,7 @@ namespace {
 constexpr double kTimingTimeConstant = 0.035;  // s; for motors of a Jackal's size, stiff to soft
 constexpr double kTurningTimeConstant = 0.1;   // s; in which a soft velocity loop compensates the ground's torque
 constexpr double kLimitDeviation = 0.6;        // of the motors' acceleration limit; half of it is usual
-constexpr double kAssumedGain = 0.05;          // deviation of the gain of a model that is assumed, relative
+constexpr double kAssumedDeviation = 0.05;  // of an assumed gain; with 0.1 commands hunt while the dead time is unknown
 
 }  // namespace
 
@@ -38,7 +38,7 @@ WheelBeliefParameters wheelBeliefParameters(const PredictiveParameters& p, const
   belief.turning_time_constant = kTurningTimeConstant;
   belief.learning_rate = p.belief_learning_rate;
   belief.limit_deviation = kLimitDeviation;
-  belief.gain_deviation = model.identified ? 0.5 * model.gain_half_width / model.gain : kAssumedGain;
+  belief.gain_deviation = model.identified ? 0.5 * model.gain_half_width / model.gain : kAssumedDeviation;
   return belief;
 }
 

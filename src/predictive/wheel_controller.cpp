@@ -60,11 +60,9 @@ void WheelController::setDriveTrain(const PlantModel& model, double wheel_radius
   path_.setDriveTrain(model);
 }
 
-void WheelController::setParameters(const PredictiveParameters& parameters) {
+void WheelController::setParameters(const PredictiveParameters& parameters, const PlantModel& model) {
   learning_rate_ = parameters.action_learning_rate;
-  WheelBeliefParameters belief = wheelBeliefParameters(parameters, {});
-  belief.gain_deviation = belief_.parameters().gain_deviation;  // of the model
-  belief_.setParameters(belief);
+  belief_.setParameters(wheelBeliefParameters(parameters, model));
   path_.setReferenceTime(parameters.reference_time);
 }
 

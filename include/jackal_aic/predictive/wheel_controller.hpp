@@ -57,8 +57,8 @@ class WheelController {
   /// Restarts from a measured speed [rad/s] with action zero; the commands under way stay.
   void restart(double measured);
 
-  /// Adopts other gains.
-  void setParameters(const PredictiveParameters& parameters);
+  /// Adopts other gains. @param model of the drive train, as it was configured.
+  void setParameters(const PredictiveParameters& parameters, const PlantModel& model);
 
   /// Adopts another dead time, lag and acceleration limit of the drive train.
   void setDriveTrain(const PlantModel& model, double wheel_radius);
