@@ -28,6 +28,7 @@ constexpr std::array<Entry, kHypotheses> kEntries{{
     {"moved from outside", 0.01, 2.0},  // of a robot that is to stand
     {"gyro frozen", 1e-5, 100.0},       // a fault: one in a day of driving, until it is repaired
     {"gyro offset", 1e-5, 100.0},
+    {"gyro offset", 1e-5, 100.0},
     {"gyro reversed", 1e-5, 100.0},
     {"accelerometer frozen", 1e-5, 100.0},
     {"accelerometer offset", 1e-5, 100.0},
@@ -52,6 +53,7 @@ constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [
 constexpr double kJolts = 0.02, kJoltsSliding = 0.3, kJoltsStruck = 0.8, kJoltsMoved = 0.95;
 constexpr double kJoltsMemory = 20.0;  // s
 constexpr double kOutliers = 1e-3;     // share of samples of the gyro that are anything at all
+constexpr double kErrorLasts = 0.1;    // for which gyro and wheels of a moving robot differ by the same [s]
 
 // Decision. Costs are multiples of that of a wrong name.
 constexpr double kFalseAlarm = 10.0;  // of a verdict where nothing is wrong
@@ -82,6 +84,8 @@ BodyMonitor::BodyMonitor(const FaultParameters& parameters, double effective_tra
       on_box_(on_box),
       yaw_(parameters, effective_track, on_box),
       mirrored_(yaw_),
+      shifted_(yaw_.withOffset(kOffsetScale)),
+      begun_(shifted_),
       forward_(parameters.accelerometer_variance, kSteepest * kGravity, kLever),
       vertical_(parameters.accelerometer_variance, (1.0 - kSteepest) * kGravity, 0.0),
       gyro_offset_(square(kOffsetScale), parameters.largest_bias),
@@ -112,6 +116,7 @@ void BodyMonitor::restart() {
 void BodyMonitor::start() {
   yaw_.restart();
   mirrored_.restart();
+  shifted_.restart();
   compared_ = false;
   difference_change_ = forward_change_ = 0.0;
 }
@@ -141,7 +146,8 @@ Suspicion BodyMonitor::mostLikely() const {
 
 double BodyMonitor::gyroFaulty() const {
   if (gyro_) return gyro_.probability();
-  return alpha_[kGyroGlitch] + alpha_[kGyroFrozen] + alpha_[kGyroOffset] + alpha_[kGyroReversed] + alpha_[kUpsideDown];
+  return alpha_[kGyroGlitch] + alpha_[kGyroFrozen] + alpha_[kGyroOffset] + alpha_[kGyroShifted] +
+         alpha_[kGyroReversed] + alpha_[kUpsideDown];
 }
 
 double BodyMonitor::accelerometerFaulty() const {
@@ -175,6 +181,7 @@ BodyMonitor::GyroEvidence BodyMonitor::weighGyro(double yaw_rate, const WheelMot
   GyroEvidence g;
   weighMotion(y, wheels, step, g.of);
   weighOffset(y, g.of[kGyroOffset]);
+  weighShift(y, wheels, step, g.of);
   weighReversal(y, wheels, step, g);
   g.of[kGyroGlitch] = g.of[kGyroOffset];
   g.of[kAccelerometerFrozen] = g.of[kAccelerometerOffset] = g.of[kHealthy];
@@ -221,6 +228,25 @@ void BodyMonitor::weighOffset(const GyroSample& y, Evidence& g) {
                of_jump = gyro_offset_.begins(jump.mean, jump.variance);
   g.begins = logMixture(sliding, of_level, of_jump);
   gyro_begins_ = std::log(sliding) + of_jump > std::log1p(-sliding) + of_level ? jump : level;
+}
+
+/// An offset that slip and ground could explain for a while. Its filter learns what it would have without them.
+void BodyMonitor::weighShift(const GyroSample& y, const WheelMotion& wheels, double step, Densities& g) {
+  const Normal& x = wheels.difference;
+  const double v = wheels.forward.mean, least = parameters_.largest_bias;
+  const auto learn = [&](YawPrediction& filter) {  // ln of the factor by which |b| > least is more likely then
+    const double before = filter.logBeyond(least);
+    filter.learn(y.value, x, v, step, follows());
+    return filter.logBeyond(least) - before;
+  };
+  const double error = y.value - shifted_.mean(x.mean, v);
+  // With the noise of the healthy one: a filter that believes in less slip would have less of it.
+  const double stays = logStudent(square(error), y.variance) + learn(shifted_);
+  begun_ = yaw_.withOffset(kOffsetScale);
+  const double first = logNormal(y.value - begun_.mean(x.mean, v), begun_.variance(x, v));
+  // While the robot moves, samples that are near each other have the same error: they are one.
+  const double part = wheels.turn ? std::min(1.0, step / kErrorLasts) : 1.0, healthy = g[kHealthy].stays;
+  g[kGyroShifted] = {healthy + part * (stays - healthy), first + learn(begun_)};
 }
 
 void BodyMonitor::weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g) {
@@ -333,13 +359,17 @@ void BodyMonitor::check(const Observation& y, const WheelMotion& wheels, double 
   const bool judged = reads && (wheels.trusted || on_box_) && !wheels.pushed;
   yaw_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
   mirrored_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
+  shifted_.predict(wheels.difference.mean, difference_change_, forward_change_, step);
   since_jolt_ += step;
   const GyroEvidence g = judged ? judgeGyro(y.yaw_rate, wheels, step) : GyroEvidence{};
   const AccelerationEvidence a = accelerates ? judgeAcceleration(y, wheels, step) : AccelerationEvidence{};
   if (step > 0.0) compare(g.of, a, wheels.to_stand, step);
   if (judged) learnGyro(y.yaw_rate, wheels, step);
   if (reads) {
-    if (!judged) yaw_.restart();
+    if (!judged) {
+      yaw_.restart();
+      shifted_.restart();
+    }
     yaw_rate_ = y.yaw_rate;
     compared_ = judged && !gyro_;
   }
@@ -382,7 +412,8 @@ void BodyMonitor::compare(Densities p, const AccelerationEvidence& a, bool to_st
     p[h].stays += stays;
     p[h].begins += begins;
   };
-  for (const Hypothesis h : {kHealthy, kOtherGround, kGyroGlitch, kGyroFrozen, kGyroOffset, kGyroReversed}) {
+  for (const Hypothesis h :
+       {kHealthy, kOtherGround, kGyroGlitch, kGyroFrozen, kGyroOffset, kGyroShifted, kGyroReversed}) {
     add(h, jolts, jolts);
   }
   add(kSlides, slides, slides);
@@ -395,12 +426,17 @@ void BodyMonitor::compare(Densities p, const AccelerationEvidence& a, bool to_st
   filter(p, to_stand, step);
 }
 
+/// Probability that the body follows its wheels, and the gyro shows it.
+double BodyMonitor::follows() const {
+  return alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
+}
+
 void BodyMonitor::learnGyro(double yaw_rate, const WheelMotion& wheels, double step) {
   if (gyro_) return gyro_repetition_.update(yaw_rate, 0.0, gyro_kind_, 0.0);
   const double x = wheels.difference.mean, v = wheels.forward.mean;
-  const double agrees =
-      alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
+  const double agrees = follows();
   gyro_offset_.update(gyro_error_, gyro_variance_, fresh_[kGyroOffset], gyro_begins_);
+  shifted_.mix(begun_, fresh_[kGyroShifted]);
   slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], x);
   yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
   const bool zero = yaw_rate == 0.0;
@@ -481,7 +517,9 @@ void BodyMonitor::decide(double step) {
   for (int h = kMoved; h < kHypotheses; ++h) {
     if (alpha_[h] > alpha_[best]) best = static_cast<Hypothesis>(h);
   }
-  const double others = 1.0 - no_fault - alpha_[best];
+  const double offset = alpha_[kGyroOffset] + alpha_[kGyroShifted];
+  const double named = best == kGyroOffset || best == kGyroShifted ? offset : alpha_[best];
+  const double others = 1.0 - no_fault - named;
   const double risk = kFalseAlarm * no_fault + (best == kMoved ? kOverlooked : 1.0) * others;
   if (risk >= kWaiting * suspicious_) return;
   if (best == kMoved) {
@@ -492,6 +530,10 @@ void BodyMonitor::decide(double step) {
 }
 
 void BodyMonitor::exclude(Hypothesis verdict) {
+  if (verdict == kGyroShifted) {
+    verdict = kGyroOffset;
+    gyro_offset_ = Offset(square(kOffsetScale), parameters_.largest_bias);  // against what is learned until now
+  }
   const Excluded excluded{verdict, -kMostOdds, 0.0};
   const bool of_gyro = verdict <= kGyroReversed;
   if (of_gyro || verdict == kUpsideDown) gyro_ = excluded;

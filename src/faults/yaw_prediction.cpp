@@ -6,10 +6,13 @@
 namespace jackal_aic::faults {
 
 YawPrediction::YawPrediction(const FaultParameters& parameters, double effective_track, bool on_box)
-    : parameters_(parameters), given_slope_(on_box ? 0.0 : 1.0 / effective_track), noise_(parameters.gyro_variance) {
+    : parameters_(parameters),
+      given_slope_(on_box ? 0.0 : 1.0 / effective_track),
+      largest_bias_(parameters.largest_bias),
+      noise_(parameters.gyro_variance) {
   theta_ << given_slope_, 0.0, 0.0;
   P_.setZero();
-  P_.diagonal() << square(kLargestSlip * given_slope_), square(0.5 * parameters.largest_bias),
+  P_.diagonal() << square(kLargestSlip * given_slope_), square(0.5 * largest_bias_),
       square(kUnlikeTyres * given_slope_);
   restart();
 }
@@ -19,7 +22,7 @@ void YawPrediction::predict(double x, double x_change, double v_change, double s
   P_(0, 0) = std::min(
       P_(0, 0) + square(parameters_.slip_deviation * given_slope_) * moved + square(kSlipDrift * given_slope_) * step,
       square(kLargestSlip * given_slope_));
-  P_(1, 1) = std::min(P_(1, 1) + square(kBiasDrift) * step, square(0.5 * parameters_.largest_bias));
+  P_(1, 1) = std::min(P_(1, 1) + square(kBiasDrift) * step, square(0.5 * largest_bias_));
   const double kept = std::exp(-step / kGroundMemory), s = theta_(0);
   e_.mean *= kept;
   e_.variance = kept * kept * e_.variance + (1.0 - kept * kept) * ground_ + square(kPaceDoubt * s * x_change) +
@@ -41,7 +44,7 @@ void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double ste
   P_ -= weight / S * Ph * Ph.transpose();
   P_ = 0.5 * (P_ + P_.transpose().eval());
   theta_(0) = std::clamp(theta_(0), given_slope_ / kSlopeRange, given_slope_ * kSlopeRange);
-  theta_(1) = std::clamp(theta_(1), -parameters_.largest_bias, parameters_.largest_bias);
+  theta_(1) = std::clamp(theta_(1), -largest_bias_, largest_bias_);
   theta_(2) = std::clamp(theta_(2), -kVeer * given_slope_, kVeer * given_slope_);
   if (ground) {
     const double gain = weight * e_.variance / S;
@@ -52,6 +55,29 @@ void YawPrediction::learn(double yaw_rate, const Normal& x, double v, double ste
     ground_ = std::max(ground_, square(kGroundDeviation));
   }
   noise_.update(yaw_rate - mean(x.mean, v), -std::expm1(-step / thresholds::kNoiseMemory), healthy);
+}
+
+YawPrediction YawPrediction::withOffset(double deviation) const {
+  YawPrediction other = *this;
+  other.largest_bias_ = 2.0 * deviation;
+  other.P_(1, 1) += square(deviation);
+  return other;
+}
+
+double YawPrediction::logBeyond(double least) const {
+  const double b = theta_(1), scale = 1.0 / std::sqrt(2.0 * P_(1, 1));
+  return std::log(0.5 * (std::erfc((least - b) * scale) + std::erfc((least + b) * scale)) + kTiny);
+}
+
+void YawPrediction::mix(const YawPrediction& other, double weight) {
+  const double own = 1.0 - weight;
+  const Eigen::Vector3d apart = other.theta_ - theta_;
+  theta_ += weight * apart;
+  P_ = own * P_ + weight * other.P_ + own * weight * apart * apart.transpose();
+  const double e = other.e_.mean - e_.mean;
+  e_.mean += weight * e;
+  e_.variance = own * e_.variance + weight * other.e_.variance + own * weight * square(e);
+  ground_ = own * ground_ + weight * other.ground_;
 }
 
 }  // namespace jackal_aic::faults

@@ -134,6 +134,15 @@ class GyroOffset(unittest.TestCase):
             self.assertEqual([text for _, text, faulty in found.findings if faulty and 'encoder' in text], [], case[3])
 
 
+    def test_is_found_among_slip_and_ground(self):
+        """Each motion alone could be another slip."""
+        seeds = (3, 4, 9, 12)
+        cases = [('predictive', 'ground', motions.joystick(seed, 40.0)._replace(faults=(Fault('bias', 10.0, 'gyro', 0.1),)), {'plant.seed': seed})
+                 for seed in seeds]
+        found = sum(any(faulty and 'gyro disagrees' in text for _, text, faulty in found.findings) for _, found in drives(cases))
+        self.assertGreaterEqual(found, 3, 'of {}'.format(len(seeds)))
+
+
 class FrozenEncoder(unittest.TestCase):
     STEP_TIME = 4.0  # s, the set point changes, a second after the encoder froze
 

@@ -39,6 +39,7 @@ enum Hypothesis {
   kMoved,         ///< somebody moves a robot that is to stand
   kGyroFrozen,    ///< it repeats its value
   kGyroOffset,    ///< a constant beyond largest_bias
+  kGyroShifted,   ///< the same, which slip and ground may explain for a while
   kGyroReversed,  ///< it reads the turn with the wrong sign
   kAccelerometerFrozen,
   kAccelerometerOffset,
@@ -136,6 +137,7 @@ class BodyMonitor {
   void weighMotion(const GyroSample& y, const WheelMotion& wheels, double step, Densities& g);
   double turnAgainst(const GyroSample& y) const;
   void weighOffset(const GyroSample& y, Evidence& g);
+  void weighShift(const GyroSample& y, const WheelMotion& wheels, double step, Densities& g);
   void weighReversal(const GyroSample& y, const WheelMotion& wheels, double step, GyroEvidence& g);
   void weighRepetition(const GyroSample& y, bool moving, GyroEvidence& g);
   AccelerationEvidence weighAcceleration(const Observation& y, const WheelMotion& wheels, double step);
@@ -148,6 +150,7 @@ class BodyMonitor {
   void judgeExcludedGyro(double yaw_rate, const GyroEvidence& g, double step);
   void judgeExcludedAccelerometer(const AccelerationEvidence& a, double step);
   void filter(const Densities& p, bool to_stand, double step);
+  double follows() const;
   double noFault() const;
   void decide(double step);
   void exclude(Hypothesis verdict);
@@ -155,7 +158,8 @@ class BodyMonitor {
 
   FaultParameters parameters_;
   bool on_box_;
-  YawPrediction yaw_, mirrored_;  // mirrored_: of a gyro that reads the turn with the wrong sign
+  YawPrediction yaw_, mirrored_;   // mirrored_: of a gyro that reads the turn with the wrong sign
+  YawPrediction shifted_, begun_;  // of a shifted gyro, since before or with this sample
   AccelerationAxis forward_, vertical_;
   Offset gyro_offset_, slip_offset_;
   Repetition gyro_repetition_;

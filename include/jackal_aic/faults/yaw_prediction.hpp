@@ -51,6 +51,15 @@ class YawPrediction {
   /// The ground may be another one. @param deviation of s, relative.
   void widen(double deviation) { P_(0, 0) = std::max(P_(0, 0), square(deviation * given_slope_)); }
 
+  /// The same with an offset of the gyro of unknown size. @param deviation of it [rad/s].
+  YawPrediction withOffset(double deviation) const;
+
+  /// ln P(|beta| > least).
+  double logBeyond(double least) const;
+
+  /// Mixture with another one of this weight, as one of the same mean and covariance.
+  void mix(const YawPrediction& other, double weight);
+
   /// What happened meanwhile is unknown: e starts anew.
   void restart() { e_ = {0.0, ground_}; }
 
@@ -72,6 +81,7 @@ class YawPrediction {
 
   FaultParameters parameters_;
   double given_slope_;
+  double largest_bias_;    // two deviations of its prior [rad/s]
   Eigen::Vector3d theta_;  // s, beta, c
   Eigen::Matrix3d P_;
   Normal e_;
