@@ -64,11 +64,6 @@ YawPrediction YawPrediction::withOffset(double deviation) const {
   return other;
 }
 
-double YawPrediction::logBeyond(double least) const {
-  const double b = theta_(1), scale = 1.0 / std::sqrt(2.0 * P_(1, 1));
-  return std::log(0.5 * (std::erfc((least - b) * scale) + std::erfc((least + b) * scale)) + kTiny);
-}
-
 void YawPrediction::mix(const YawPrediction& other, double weight) {
   const double own = 1.0 - weight;
   const Eigen::Vector3d apart = other.theta_ - theta_;

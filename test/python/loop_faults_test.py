@@ -133,7 +133,6 @@ class GyroOffset(unittest.TestCase):
         for case, found in drives(cases):
             self.assertEqual([text for _, text, faulty in found.findings if faulty and 'encoder' in text], [], case[3])
 
-
     def test_is_found_among_slip_and_ground(self):
         """Each motion alone could be another slip."""
         seeds = (3, 4, 9, 12)

@@ -65,6 +65,12 @@ inline double logMixture(double share, double a, double b) {
   return logSum(std::log1p(-share) + a, std::log(share) + b);
 }
 
+/// ln P(|b| > least).
+inline double logBeyond(const Normal& b, double least) {
+  const double scale = 1.0 / std::sqrt(2.0 * b.variance);
+  return std::log(0.5 * (std::erfc((least - b.mean) * scale) + std::erfc((least + b.mean) * scale)) + kTiny);
+}
+
 /// ln of the density of a sample that is none with a probability: then it says nothing. @param log_density as if it
 /// were one, relative to that of the best hypothesis.
 inline double logUnless(double none, double log_density) {

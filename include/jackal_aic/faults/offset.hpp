@@ -51,12 +51,7 @@ class Offset {
     const double K = h * b.variance / (S + h * h * b.variance);
     return {b.mean + K * (e - h * b.mean), (1.0 - K * h) * b.variance};
   }
-  /// ln P(|b| > least).
-  double beyond(const Normal& b) const {
-    if (least_ == 0.0) return 0.0;
-    const double scale = 1.0 / std::sqrt(2.0 * b.variance);
-    return std::log(0.5 * (std::erfc((least_ - b.mean) * scale) + std::erfc((least_ + b.mean) * scale)) + kTiny);
-  }
+  double beyond(const Normal& b) const { return least_ == 0.0 ? 0.0 : logBeyond(b, least_); }
 
   static constexpr double kSpent = 0.01;  // least share of b beyond `least`
   double prior_, least_;

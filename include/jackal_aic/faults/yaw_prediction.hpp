@@ -55,7 +55,7 @@ class YawPrediction {
   YawPrediction withOffset(double deviation) const;
 
   /// ln P(|beta| > least).
-  double logBeyond(double least) const;
+  double logBeyond(double least) const { return faults::logBeyond({theta_(1), P_(1, 1)}, least); }
 
   /// Mixture with another one of this weight, as one of the same mean and covariance.
   void mix(const YawPrediction& other, double weight);
