@@ -26,7 +26,7 @@ constexpr double kJitter = 0.002;          // s; deviation of the time of a meas
 constexpr double kModelError = 0.02;       // of any model, relative to the motion
 constexpr double kUnexplained = 0.1;       // the same, above which a motion has another cause
 constexpr double kNoise = 2.0;             // deviations of the encoders, which nothing explains
-constexpr double kLeastGainChange = 0.03;  // least relevant one of gamma
+constexpr double kLeastGainChange = 0.03;  // of an identified gamma
 constexpr double kSureOdds = 0.5 * thresholds::kSure * thresholds::kSure;  // difference of F that chance does not reach
 
 constexpr int kClearlyLess = 2;  // index of a share of the limit, 0.63
@@ -34,7 +34,7 @@ constexpr int kClearlyLess = 2;  // index of a share of the limit, 0.63
 // Standard deviations of the prior, and range.
 constexpr double kDeadTimeDeviation = 0.08;  // s
 constexpr double kShareDeviation = 0.3;
-constexpr double kGainDeviation = 0.1;
+constexpr double kGainDeviation = 0.12;  // of one between 0.8 and 1.2
 
 double lagOf(double index) { return kShortestLag * std::pow(kLagRatio, index); }
 
@@ -264,18 +264,20 @@ void DriveTrainLearning::compare() {
   variance_ = std::max({wheel_variance_, squares / share / samples_, square(kModelError) * motion_ / samples_});
 }
 
-/// Takes over what is significant. During a motion the lag stays: until a ramp ends, a longer dead time looks the same,
-/// and a lag too long would let the robot overshoot. True if the timing changed.
+/// Takes over the vertex of a paraboloid through the least F in (delta, ln T), and its gain. During a motion the lag
+/// stays: until a ramp ends, a longer dead time looks the same, and a lag too long would let the robot overshoot. What
+/// was identified stays until a difference is relevant and chance does not explain it. True if the timing changed.
 bool DriveTrainLearning::takeOver(bool ended) {
   if (!explained()) return false;
   // The present lag lies between two of the grid.
   const double index = std::clamp(indexOf(timing_.lag), 0.0, kLags - 1.001);
   const int known = static_cast<int>(index);
+  const auto of = [&](int lag, int late) -> const Minimum& {
+    return minima_[static_cast<std::size_t>(lag)][static_cast<std::size_t>(late)];
+  };
+  const auto between = [&](double below, double above) { return below + (index - known) * (above - below); };
   const auto at = [&](int lag, int late) {
-    const auto of = [&](int i) {
-      return minima_[static_cast<std::size_t>(i)][static_cast<std::size_t>(late)].free_energy;
-    };
-    return ended ? of(lag) : of(known) + (index - known) * (of(known + 1) - of(known));
+    return ended ? of(lag, late).free_energy : between(of(known, late).free_energy, of(known + 1, late).free_energy);
   };
   int lag = 1, late = 1;
   for (int j = 1; j + 1 < DriveTrainFit::kGrid; ++j) {
@@ -289,7 +291,6 @@ bool DriveTrainLearning::takeOver(bool ended) {
   const double across = 0.25 * (about(1, 1) - about(1, -1) - about(-1, 1) + about(-1, -1));
   Eigen::Matrix2d H;
   H << about(1, 0) + about(-1, 0), across, across, ended ? about(0, 1) + about(0, -1) : 1.0;
-  if (!ended) lag = known + (index - known > 0.5 ? 1 : 0);
   if (H(0, 0) <= 0.0 || H.determinant() <= 0.0) return false;
   const Eigen::Vector2d vertex = (-H.inverse() * gradient).cwiseMax(-1.0).cwiseMin(1.0);
   DriveTrainTiming found = timing_;
@@ -300,12 +301,14 @@ bool DriveTrainLearning::takeOver(bool ended) {
   const double later = found.dead_time - timing_.dead_time, slower = found.lag - timing_.lag;
   const bool relevant =
       std::max({std::abs(later), std::abs(later + slower), 0.5 * std::abs(slower)}) > 0.5 * DriveTrainFit::kSpacing;
-  if (!relevant || 0.5 * away.dot(H * away) < kSureOdds) found = timing_;
-  const Minimum& best = minima_[static_cast<std::size_t>(lag)][static_cast<std::size_t>(late)];
-  const double least_change = std::max(kLeastGainChange, std::sqrt(2.0 * kSureOdds * best.gain_variance));
-  if (std::abs(best.gain - timing_.gain_share) > least_change) {
-    found.gain_share = best.gain;
-    for (DriveTrainFit& fit : fits_) fit.setGain(best.gain);
+  if (identified_ && (!relevant || 0.5 * away.dot(H * away) < kSureOdds)) found = timing_;
+  const Minimum& below = of(ended ? lag : known, late);
+  const double gain = ended ? below.gain : between(below.gain, of(known + 1, late).gain);
+  const double least_change =
+      identified_ ? std::max(kLeastGainChange, std::sqrt(2.0 * kSureOdds * below.gain_variance)) : 0.0;
+  if (std::abs(gain - timing_.gain_share) > least_change) {
+    found.gain_share = gain;
+    for (DriveTrainFit& fit : fits_) fit.setGain(gain);
   }
   const bool changed =
       found.dead_time != timing_.dead_time || found.lag != timing_.lag || found.gain_share != timing_.gain_share;

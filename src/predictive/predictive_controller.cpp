@@ -337,13 +337,10 @@ BodyVector PredictiveController::believedVelocity() const {
 }
 
 WheelVector PredictiveController::changeAhead() const {
-  // The path is a dead time ahead of the wheels; only the learned part of it is uncertain.
-  const double learned = model_.dead_time + model_.lag - configured_model_.dead_time - configured_model_.lag;
-  const double most = std::abs(learned) * model_.acceleration_limit / geometry_.wheel_radius;
-  const auto ahead = [most](const WheelController& wheel) {
-    return std::clamp(wheel.path().speed() - wheel.belief().speed(), -most, most);
-  };
-  return {ahead(left_), ahead(right_)};
+  // The path is a dead time and a lag ahead of the wheels; only the learned part of it is uncertain.
+  const double ahead = std::max(model_.dead_time + model_.lag, WheelBelief::kStep);
+  const double learned = ahead - configured_model_.dead_time - configured_model_.lag;
+  return learned / ahead * (WheelVector(left_.path().speed(), right_.path().speed()) - wheels());
 }
 
 Eigen::Matrix2d PredictiveController::motionCovariance() const {
