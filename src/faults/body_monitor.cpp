@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "jackal_aic/model/forgetting.hpp"
 #include "jackal_aic/model/gravity.hpp"
@@ -140,8 +141,15 @@ Suspicion BodyMonitor::mostLikely() const {
   for (const Excluded* sensor : {&gyro_, &accelerometer_}) {
     if (*sensor) return {sensor->fault, sensor->probability()};
   }
-  const auto best = std::max_element(alpha_.begin(), alpha_.end());
-  return {static_cast<Hypothesis>(best - alpha_.begin()), *best};
+  return likeliest(kHealthy);
+}
+
+/// The likeliest from a hypothesis on; both offsets of the gyro are one fault.
+Suspicion BodyMonitor::likeliest(Hypothesis first) const {
+  Probabilities alpha = alpha_;
+  alpha[kGyroOffset] += std::exchange(alpha[kGyroShifted], 0.0);
+  const auto best = std::max_element(alpha.begin() + first, alpha.end());
+  return {static_cast<Hypothesis>(best - alpha.begin()), *best};
 }
 
 double BodyMonitor::gyroFaulty() const {
@@ -236,7 +244,7 @@ void BodyMonitor::weighShift(const GyroSample& y, const WheelMotion& wheels, dou
   const double v = wheels.forward.mean, least = parameters_.largest_bias;
   const auto learn = [&](YawPrediction& filter) {  // ln of the factor by which |b| > least is more likely then
     const double before = filter.logBeyond(least);
-    filter.learn(y.value, x, v, step, follows());
+    filter.learn(y.value, x, v, step, follows() * measuredAnew(y.value));
     return filter.logBeyond(least) - before;
   };
   const double error = y.value - shifted_.mean(x.mean, v);
@@ -431,6 +439,11 @@ double BodyMonitor::follows() const {
   return alpha_[kHealthy] + alpha_[kOtherGround] + alpha_[kAccelerometerFrozen] + alpha_[kAccelerometerOffset];
 }
 
+/// Probability that a yaw rate was measured now, and not held by the gyro or its driver's dead zone.
+double BodyMonitor::measuredAnew(double yaw_rate) const {
+  return yaw_rate == 0.0 && turning_ ? 0.0 : 1.0 - gyro_repetition_.held(yaw_rate);
+}
+
 void BodyMonitor::learnGyro(double yaw_rate, const WheelMotion& wheels, double step) {
   if (gyro_) return gyro_repetition_.update(yaw_rate, 0.0, gyro_kind_, 0.0);
   const double x = wheels.difference.mean, v = wheels.forward.mean;
@@ -439,11 +452,10 @@ void BodyMonitor::learnGyro(double yaw_rate, const WheelMotion& wheels, double s
   shifted_.mix(begun_, fresh_[kGyroShifted]);
   slip_offset_.update(gyro_error_, gyro_variance_, fresh_[kOtherGround], x);
   yaw_.widen(std::sqrt(alpha_[kOtherGround] * fresh_[kOtherGround]) * kOtherSlip);
-  const bool zero = yaw_rate == 0.0;
-  const double measured = zero && turning_ ? 0.0 : 1.0 - gyro_repetition_.held(yaw_rate);
+  const double measured = measuredAnew(yaw_rate);
   yaw_.learn(yaw_rate, wheels.difference, v, step, agrees * measured);
   mirrored_.learn(-yaw_rate, wheels.difference, v, step, measured, false);
-  if (zero && !turning_) return gyro_repetition_.pass(yaw_rate);
+  if (yaw_rate == 0.0 && !turning_) return gyro_repetition_.pass(yaw_rate);
   gyro_repetition_.update(yaw_rate, std::abs(yaw_.slope() * difference_change_), gyro_kind_, agrees);
 }
 
@@ -513,13 +525,8 @@ void BodyMonitor::decide(double step) {
   const double no_fault = noFault();
   suspicious_ = 1.0 - no_fault > kDoubt ? suspicious_ + step : 0.0;
   if (suspicious_ == 0.0) return;
-  Hypothesis best = kMoved;
-  for (int h = kMoved; h < kHypotheses; ++h) {
-    if (alpha_[h] > alpha_[best]) best = static_cast<Hypothesis>(h);
-  }
-  const double offset = alpha_[kGyroOffset] + alpha_[kGyroShifted];
-  const double named = best == kGyroOffset || best == kGyroShifted ? offset : alpha_[best];
-  const double others = 1.0 - no_fault - named;
+  const auto [best, probability] = likeliest(kMoved);
+  const double others = 1.0 - no_fault - probability;
   const double risk = kFalseAlarm * no_fault + (best == kMoved ? kOverlooked : 1.0) * others;
   if (risk >= kWaiting * suspicious_) return;
   if (best == kMoved) {
@@ -530,8 +537,7 @@ void BodyMonitor::decide(double step) {
 }
 
 void BodyMonitor::exclude(Hypothesis verdict) {
-  if (verdict == kGyroShifted) {
-    verdict = kGyroOffset;
+  if (verdict == kGyroOffset && alpha_[kGyroShifted] > alpha_[kGyroOffset]) {
     gyro_offset_ = Offset(square(kOffsetScale), parameters_.largest_bias);  // against what is learned until now
   }
   const Excluded excluded{verdict, -kMostOdds, 0.0};

@@ -90,7 +90,10 @@ TEST(BodyMonitor, DoubtHasANameBeforeTheVerdictAndUntilTheReturn) {
   int doubtful = 0;
   for (int k = 0; k < 25 && body.monitor.gyroFault() == kHealthy; ++k) {
     body.turn(kTurn, 1.0, 0.3, 1);
-    doubtful += body.monitor.mostLikely().hypothesis == kGyroOffset ? 1 : 0;
+    const Suspicion suspicion = body.monitor.mostLikely();
+    if (suspicion.hypothesis != kGyroOffset || body.monitor.gyroFault() != kHealthy) continue;
+    ++doubtful;
+    EXPECT_EQ(suspicion.probability, body.monitor.probability(kGyroOffset) + body.monitor.probability(kGyroShifted));
   }
   EXPECT_GT(doubtful, 1) << "before the verdict";
   ASSERT_EQ(body.monitor.gyroFault(), kGyroOffset);

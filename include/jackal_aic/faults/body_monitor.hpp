@@ -144,12 +144,14 @@ class BodyMonitor {
   GyroEvidence judgeGyro(double yaw_rate, const WheelMotion& wheels, double step);
   AccelerationEvidence judgeAcceleration(const Observation& y, const WheelMotion& wheels, double step);
   void compare(Densities p, const AccelerationEvidence& a, bool to_stand, double step);
+  double measuredAnew(double yaw_rate) const;
   void learnGyro(double yaw_rate, const WheelMotion& wheels, double step);
   void learnAcceleration(bool vertical, double step);
   void weighSign(const GyroEvidence& g, double step);
   void judgeExcludedGyro(double yaw_rate, const GyroEvidence& g, double step);
   void judgeExcludedAccelerometer(const AccelerationEvidence& a, double step);
   void filter(const Densities& p, bool to_stand, double step);
+  Suspicion likeliest(Hypothesis first) const;
   double follows() const;
   double noFault() const;
   void decide(double step);
