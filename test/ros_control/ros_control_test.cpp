@@ -125,7 +125,11 @@ class RosControl : public testing::Test {
     try {
       ros::NodeHandle root("", remappings), own(name);
       controller.reset(loader.createUnmanagedInstance(own.param<std::string>("type", "")));
-      return controller->initRequest(&robot, root, own, claimed);
+      if (!controller->initRequest(&robot, root, own, claimed)) return false;
+      // Behind the controller: what came here came there.
+      heard_subscriber =
+          own.subscribe<geometry_msgs::Twist>("cmd_vel", 10, [this](const geometry_msgs::TwistConstPtr&) { ++heard; });
+      return true;
     } catch (const std::exception& error) {
       ROS_ERROR("Could not load controller '%s': %s", name.c_str(), error.what());
       return false;
@@ -134,9 +138,6 @@ class RosControl : public testing::Test {
 
   bool load() {
     if (!loadPlugin(kName)) return false;
-    // Behind the controller: what came here came there.
-    heard_subscriber = node.subscribe<geometry_msgs::Twist>(std::string(kName) + "/cmd_vel", 10,
-                                                            [this](const geometry_msgs::TwistConstPtr&) { ++heard; });
     wait([this] {
       return set_points.getNumSubscribers() > 0 && (!imu || imu.getNumSubscribers() > 0) &&
              odometry_subscriber.getNumPublishers() > 0;
