@@ -96,10 +96,10 @@ void TractionBelief::learnNoise(double least) {
       std::min(std::abs(gap - std::exchange(last_gap_, gap)), std::abs(body - std::exchange(last_body_, body)));
   const double rate = 0.5 * square(jump) * block.time, last = std::exchange(last_rate_, rate);
   if (now_.time < 3.0 * kJolt) return;  // no two blocks before it
-  const double speed = block.driven / block.time;
-  const bool moved = speed > thresholds::kSlow;
+  const double speed_squared = block.driven / block.time;
+  const bool moved = speed_squared > square(thresholds::kSlow);
   double& noise = moved ? noise_in_motion_ : noise_at_rest_;
-  average(noise, std::min(std::min(rate, last) / (moved ? speed : 1.0), square(kSure) * noise), block.time,
+  average(noise, std::min(std::min(rate, last) / (moved ? speed_squared : 1.0), square(kSure) * noise), block.time,
           thresholds::kNoiseMemory);
   if (!moved) noise = std::max(noise, least);
 }
@@ -202,7 +202,7 @@ void TractionBelief::correct(double wheels, double acceleration, double variance
           wheels,
           now_.body + step * a,
           now_.rested + (moves ? 0.0 : step),
-          now_.driven + (moves ? step * std::abs(wheels) : 0.0),
+          now_.driven + (moves ? step * square(wheels) : 0.0),
           now_.turned + step * square(yaw_rate),
           now_.tilt + step * tilt_,
           now_.errors};

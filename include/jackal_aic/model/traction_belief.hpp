@@ -26,9 +26,10 @@
 ///     S = c R + sigma_0^2 + (tau dv_w/dt)^2 + (kappa Delta v_w)^2
 ///         + sigma_l^2 (theta_dot^2 + (integral of theta_dot^2)^2) + p^T P p + D,    p = (t, -integral of w)
 ///
-/// R is the variance of the integral by noise: a part grows with the time at rest, another, vibration, with the way
-/// driven; both are learned. P is the covariance of b and f. A window begins when the body rolled, which D doubts: the
-/// square by which e then exceeded what S explained. So wheels that are late and catch up are no slide.
+/// R is the variance of the integral by noise: a part grows with the time at rest; another, vibration, has a deviation
+/// that grows with the speed, so its part with the integral of v_w^2. Both are learned. P is the covariance of b and f.
+/// A window begins when the body rolled, which D doubts: the square by which e then exceeded what S explained. So
+/// wheels that are late and catch up are no slide.
 ///
 /// Wheels that lose the body predict that e lies between 0 and Delta v_w, a collision that the body stops at once. One
 /// of the two is believed if it explains an e beyond three standard deviations, and better than an accelerometer
@@ -108,7 +109,7 @@ class TractionBelief {
     double wheels = 0.0;                             // v_w [m/s]
     double body = 0.0;                               // of a [m/s]
     double rested = 0.0;                             // time at rest [s]
-    double driven = 0.0;                             // way of the wheels [m]
+    double driven = 0.0;                             // of v_w^2 in motion [m^2/s]
     double turned = 0.0;                             // of theta_dot^2 [rad^2/s]
     Eigen::Vector2d tilt = Eigen::Vector2d::Zero();  // of w [m/s]
     Errors errors;                                   // learned until that time, or the beginning of the window
@@ -154,7 +155,7 @@ class TractionBelief {
 
   // Learned of the accelerometer.
   double noise_at_rest_ = kFirstNoise;    // [(m/s)^2/s]
-  double noise_in_motion_ = kFirstNoise;  // [(m/s)^2/m]
+  double noise_in_motion_ = kFirstNoise;  // per v_w^2 [1/s]
   double proof_ = 0.0;  // ln of the likelihood ratio: the accelerometer is mounted right, or the wrong way round
   Integrals block_;     // from which noise is learned
   double last_gap_ = 0.0, last_body_ = 0.0;  // accelerations of the one before, of wheels less body and body [m/s^2]
