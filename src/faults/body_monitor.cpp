@@ -54,7 +54,6 @@ constexpr double kTurnChange = 2.0;        // the turn that the wheels ask for [
 constexpr double kJolts = 0.02, kJoltsSliding = 0.3, kJoltsStruck = 0.8, kJoltsMoved = 0.95;
 constexpr double kJoltsMemory = 20.0;  // s
 constexpr double kOutliers = 1e-3;     // share of samples of the gyro that are anything at all
-constexpr double kErrorLasts = 0.1;    // for which gyro and wheels of a moving robot differ by the same [s]
 
 // Decision. Costs are multiples of that of a wrong name.
 constexpr double kFalseAlarm = 10.0;  // of a verdict where nothing is wrong
@@ -68,8 +67,6 @@ constexpr double kMostOdds = 10.0;
 constexpr double kDeadZone = 0.05;  // largest yaw rate for which drivers publish zero instead [rad/s]
 constexpr double kSteepest = 0.7;   // of gravity: 45 degrees
 constexpr double kLever = 0.3;      // of the IMU off the centre of the turn, standard deviation [m]
-constexpr double kLate =
-    0.1;  // time in which a body follows its wheels: an uncertain speed is an uncertain acceleration [s]
 
 // Time for which a body goes on rocking, or somebody may only seem to let go [s].
 constexpr double kShaken = thresholds::kMotionMemory;
@@ -123,7 +120,7 @@ void BodyMonitor::start() {
 }
 
 void BodyMonitor::predict(double forward_rate, const Range& possible, double difference_rate, double step) {
-  const double fading = step / kLate;
+  const double fading = step / thresholds::kFollowing;
   forward_change_ += forward_rate * step;
   difference_change_ += difference_rate * step;
   lowest_ = std::min(possible.low, lowest_ - fading * lowest_);
@@ -253,7 +250,7 @@ void BodyMonitor::weighShift(const GyroSample& y, const WheelMotion& wheels, dou
   begun_ = yaw_.withOffset(kOffsetScale);
   const double first = logNormal(y.value - begun_.mean(x.mean, v), begun_.variance(x, v));
   // While the robot moves, samples that are near each other have the same error: they are one.
-  const double part = wheels.turn ? std::min(1.0, step / kErrorLasts) : 1.0, healthy = g[kHealthy].stays;
+  const double part = wheels.turn ? std::min(1.0, step / thresholds::kFollowing) : 1.0, healthy = g[kHealthy].stays;
   g[kGyroShifted] = {healthy + part * (stays - healthy), first + learn(begun_)};
 }
 
@@ -307,7 +304,8 @@ BodyMonitor::AccelerationEvidence BodyMonitor::weighAcceleration(const Observati
   const double yaw_rate = y.valid.yaw_rate ? y.yaw_rate : 0.0;
   const double left = y.acceleration_x - rate_ - forward_.beside(yaw_rate);
   const double possible = std::clamp(left, std::min(0.0, lowest_ - rate_), std::max(0.0, highest_ - rate_));
-  const double doubt = square(kPaceDoubt * rate_) + wheels.forward.variance / square(kLate), v = wheels.forward.mean;
+  const double doubt = square(kPaceDoubt * rate_) + wheels.forward.variance / square(thresholds::kFollowing),
+               v = wheels.forward.mean;
   const AxisEvidence x = forward_.weigh(y.acceleration_x, left - possible, doubt, v, yaw_rate, kind, step);
   AccelerationEvidence a{x, kImpossible};
   if (y.acceleration_z) {

@@ -31,14 +31,14 @@ double TurnWitness::error(double yaw_rate, double left, double right) const {
 }
 
 void TurnWitness::watchTurn(double asked, double hold, double step) {
-  late_ = keptAfter(step, kMemory + hold) * late_ + std::abs(asked - std::exchange(asked_, asked));
+  late_ = keptAfter(step, thresholds::kFollowing + hold) * late_ + std::abs(asked - std::exchange(asked_, asked));
 }
 
 bool TurnWitness::slides(const WheelVector& measured, double hold, double step) {
   const WheelVector change = measured - std::exchange(measured_, measured);
   const double both = change(0) * change(1) > 0.0 ? change.cwiseAbs().minCoeff() : 0.0;
   const bool beyond = radius_ * both > thresholds::kGrip * std::max(step, hold);
-  sliding_ = beyond ? kMemory + hold : std::max(0.0, sliding_ - step);
+  sliding_ = beyond ? thresholds::kFollowing + hold : std::max(0.0, sliding_ - step);
   return sliding_ > 0.0;
 }
 
@@ -50,7 +50,7 @@ void TurnWitness::update(double yaw_rate, const CommandedWheel& left, const Comm
   const std::array<double, kHypotheses> errors{error(yaw_rate, left.measured, right.measured),
                                                error(yaw_rate, l, right.measured), error(yaw_rate, left.measured, r)};
   for (std::size_t i = 0; i < errors.size(); ++i)
-    average(evidence_[i], square(limited(errors[i], 2.0 * kLeastError)), step, kMemory);
+    average(evidence_[i], square(limited(errors[i], 2.0 * kLeastError)), step, thresholds::kFollowing);
   const double samples = step / std::max(step, hold);
   const bool off = contradiction() && errors[kAsMeasured] != 0.0;
   left_ = off && explains(kLeft) && !explains(kRight) ? left_ + samples : 0.0;

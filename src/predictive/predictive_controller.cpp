@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kCertainTurn = 7.0;  // least difference of the wheel speeds to learn from, standard deviations of it
 constexpr double kDelayDeviations = 2.0;  // by which the body may follow late
-constexpr double kLoadLasts = 0.3;        // s for which the load of a turn acts on the motors afterwards
 
 YawRateBeliefParameters yawParameters(const PredictiveParameters& p) {
   return {p.gyro_variance, p.yaw_process_noise, p.yaw_delay_deviation};
@@ -162,7 +161,7 @@ void PredictiveController::setTiming(const DriveTrainTiming& timing) {
 void PredictiveController::watchTurn() {
   if (model_.on_box) return;
   const double difference = std::abs(right().speed() - left().speed());
-  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, kLoadLasts));
+  turning_ = std::max(difference, turning_ * keptAfter(observation_step_, thresholds::kPatience));
   const double share = std::clamp(turning_ / thresholds::kMoving - 1.0, 0.0, 1.0);
   left_.setTurning(share);
   right_.setTurning(share);

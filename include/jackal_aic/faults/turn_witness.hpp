@@ -10,7 +10,7 @@
 ///     as measured,   left encoder wrong,   right encoder wrong
 ///
 /// Both sides have the same motors: where the other wheel is on its way with a part of what its commands ask for, so is
-/// this one. Each hypothesis has the mean of e^2 over kMemory as its evidence. An encoder is wrong if its hypothesis
+/// this one. Each hypothesis has the mean of e^2 over kFollowing as its evidence. An encoder is wrong if its hypothesis
 /// explains the gyro for kSureSamples, and the encoders as they are measured do not. This finds an encoder whose scale
 /// is wrong from its first message: alone it could be a weak motor, but a weak motor turns the robot. While the wheels
 /// accelerate by more than tyres grip, the body turns on as it did, and says nothing about them.
@@ -32,7 +32,6 @@ struct CommandedWheel {
 /// Evidence for a wrong encoder. Does not allocate.
 class TurnWitness {
  public:
-  static constexpr double kMemory = 0.1;        ///< of the evidence; gyro and encoders may differ by it in time [s]
   static constexpr double kSureSamples = 20.0;  ///< of the encoders, until an encoder is convicted
   static constexpr double kLeastError = 0.04;   ///< root mean square of a contradiction [rad/s]
   static constexpr double kExplained = 0.25;    ///< part of the evidence that a right hypothesis leaves at most
@@ -72,7 +71,7 @@ class TurnWitness {
   double radius_, slope_, range_;
   std::array<double, kHypotheses> evidence_{};  // mean squares [(rad/s)^2]
   double asked_ = 0.0;                          // turn by the commands [rad/s]
-  double late_ = 0.0;                           // by which it changed within kMemory and a hold [rad/s]
+  double late_ = 0.0;                           // by which it changed within kFollowing and a hold [rad/s]
   WheelVector measured_ = WheelVector::Zero();  // speeds of the wheels [rad/s]
   double sliding_ = 0.0;                        // time for which the body may slide on [s]
   double left_ = 0.0, right_ = 0.0;             // samples for which the evidence is against an encoder

@@ -13,6 +13,7 @@ inline constexpr double kTurning = 0.1;  ///< a faster body turns [rad/s]
 inline constexpr double kGrip = 3.0;     ///< wheels that accelerate more may slide, of their circumference [m/s^2]
 
 // Times.
+inline constexpr double kFollowing = 0.1;  ///< a body follows its wheels within it; samples within it err alike [s]
 inline constexpr double kGap = 0.2;        ///< samples of a source that lie further apart have a gap between them [s]
 inline constexpr double kPatience = 0.3;   ///< a finding counts that lasts longer; after it a motion has settled [s]
 inline constexpr double kRounding = 1e-6;  ///< difference of equal times [s] or lengths [m]
