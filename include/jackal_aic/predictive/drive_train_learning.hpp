@@ -15,8 +15,9 @@
 ///
 /// The model takes over the vertex of a paraboloid through the least F in (delta, ln T): dead time and gain at any
 /// time, the lag at the end of a motion, when the commands have been constant. What was identified stays until
-/// a difference is relevant and chance does not explain it. An earlier motion has 0.9 of the weight of the next; one that no drive train explains is ignored. A turn counts for the dead time alone, because there the
-/// integral of the velocity loop first has to carry the ground's torque.
+/// a difference is relevant and chance does not explain it. An earlier motion has 0.9 of the weight of the next; one
+/// that no drive train explains is ignored. A turn counts for the dead time alone, because there the integral of the
+/// velocity loop first has to carry the ground's torque.
 ///
 /// The acceleration limit of a robot without identification opens: once the wheels follow the present limit and not
 /// 0.63 of it, twice the limit is tried, up to the first that the motors cannot follow, and never below half the
