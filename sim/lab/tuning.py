@@ -35,8 +35,7 @@ SPREAD = {'dead time + 10 ms': (0.01, 1.0, 1.0, 1.0), 'dead time - 10 ms': (-0.0
           'lag x 0.7': (0.0, 0.7, 1.0, 1.0), 'gain x 1.05': (0.0, 1.0, 1.05, 1.0), 'gain x 0.95': (0.0, 1.0, 0.95, 1.0),
           'limit x 0.5': (0.0, 1.0, 1.0, 0.5), 'limit x 2': (0.0, 1.0, 1.0, 2.0)}
 STEPS, NOISE, LATEST = (0.0065, 0.06, 0.1), (0.0, 0.003, 0.03), 0.010
-SEED = 1  # of the random trials
-ROUNDS, JOINING = 4, 3  # of the local search, and trials that join after each
+SEED, ROUNDS, JOINING = 1, 4, 3  # of the random trials; of the local search, and trials that join after each
 UNSTABLE = 100.0  # s, the cost of gains without their margins; above every other
 RESPONSE, BAND = 2.5, 0.035  # s of a linear response, and its band: narrower than the 5 % of the settling time
 RANGES = {'tau': (1e-4, 1.0), 'kappa_mu': (1e-3, 1e3), 'kappa_a': (0.3, 300.0)}
