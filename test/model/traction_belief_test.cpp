@@ -23,7 +23,8 @@ struct Part {
 /// Wheels and a body, each with an acceleration of its own.
 class Robot {
  public:
-  explicit Robot(double turning_centre = 0.0, double noise = kDeviation) : belief(turning_centre), noise_(noise) {}
+  explicit Robot(double turning_centre = 0.0, double noise = kDeviation, unsigned seed = 1)
+      : belief(turning_centre), random_(seed), noise_(noise) {}
 
   /// @param offset of the measured acceleration [m/s^2].
   void drive(double time, double wheels, double body, double offset = 0.0) {
@@ -53,7 +54,7 @@ class Robot {
   bool slid = false;
 
  private:
-  std::mt19937 random_{1};
+  std::mt19937 random_;
   double noise_;
   std::normal_distribution<double> normal_;
 };
@@ -353,6 +354,19 @@ TEST(TractionBelief, ColouredVibrationIsNoSlideAtAnySensorRate) {
     const std::vector<Part> parts{{0.6, 1.65, 1.65}, {1.4, 0.0, 0.0}, {0.6, -1.65, -1.65}, {1.4, 0.0, 0.0}};
     for (int robot = 0; robot < 100; ++robot) slid += slides(1.0 / rate, 1.0, parts, random) ? 1 : 0;
     EXPECT_LE(slid, 2) << rate << " Hz";
+  }
+}
+
+TEST(TractionBelief, ASlowDriveIsNoQuieterThanRest) {
+  for (const double noise : {0.1, 0.3, 0.6}) {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      Robot robot(0.0, noise, seed);
+      for (int cycle = 0; cycle < 5; ++cycle) {
+        robot.drive(
+            {{2.0, 0.0, 0.0}, {1.0, 1.5, 1.5}, {5.0, 0.0, 0.0}, {0.9, -1.5, -1.5}, {5.0, 0.0, 0.0}, {0.1, -1.5, -1.5}});
+      }
+      EXPECT_FALSE(robot.slid) << noise << " m/s^2, seed " << seed;
+    }
   }
 }
 
