@@ -337,9 +337,10 @@ BodyVector PredictiveController::believedVelocity() const {
 
 WheelVector PredictiveController::changeAhead() const {
   // The path is a dead time and a lag ahead of the wheels; only the learned part of it is uncertain.
-  const double ahead = std::max(model_.dead_time + model_.lag, WheelBelief::kStep);
+  const double ahead = model_.dead_time + model_.lag;
   const double learned = ahead - configured_model_.dead_time - configured_model_.lag;
-  return learned / ahead * (WheelVector(left_.path().speed(), right_.path().speed()) - wheels());
+  const double part = std::clamp(learned / std::max(ahead, WheelBelief::kStep), -1.0, 1.0);
+  return part * (WheelVector(left_.path().speed(), right_.path().speed()) - wheels());
 }
 
 Eigen::Matrix2d PredictiveController::motionCovariance() const {

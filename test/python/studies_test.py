@@ -112,11 +112,11 @@ class Odometry(unittest.TestCase):
             self.assertLess(row['heading_error_rad'], row['stock_heading_error_rad'] + 0.03)
         self.assertLess(sum(row['drift_m_per_m'] for row in found), 0.5 * sum(row['stock_drift_m_per_m'] for row in found))
 
-    def covariance(self, controller, plant, motion, overrides=None):
-        """Normalised squared error of the odometry's motion, and the share within its 95 % bounds."""
+    def covariance(self, controller, plant, motion, overrides=None, since=505):
+        """Normalised squared error of the odometry's motion, and the share within its 95 % bounds, since a millisecond."""
         drive = engine.drive(plant, controller, motion, overrides, odometry=True)
         nees = metrics.normalised_error(drive.odometry_speed - drive.speed, drive.odometry_yaw_rate - drive.yaw_rate, drive.odometry_speed_variance,
-                                        drive.odometry_covariance, drive.odometry_yaw_rate_variance)[505::10]
+                                        drive.odometry_covariance, drive.odometry_yaw_rate_variance)[since::10]
         return numpy.mean(nees), numpy.mean(nees < metrics.INSIDE_95)
 
     def test_its_covariance_is_that_of_the_errors(self):
@@ -125,6 +125,15 @@ class Odometry(unittest.TestCase):
                                        for seed in range(1, 5)], axis=0)
             self.assertGreaterEqual(inside, 0.95, (controller, plant))
             self.assertTrue(0.5 <= nees <= 2.5, (controller, plant, nees))
+
+    def test_its_covariance_is_not_that_of_a_slower_robot(self):
+        """Motors that follow at once, driven with the assumed model: what was learned of their delay is most of that model's."""
+        model = {'plant_model.' + key: value for key, value in robots.assumed_model().items()}
+        motors = {'plant.dead_time': 0.006, 'plant.motor_lag': 0.01, 'plant.acceleration_limit': 16.0, 'limits.linear_acceleration': 20.0,
+                  'limits.angular_acceleration': 25.0}
+        nees, inside = self.covariance('predictive', 'ground', motions.joystick(3, 60.0), {**model, **motors}, 20000)
+        self.assertGreaterEqual(inside, 0.95)
+        self.assertGreaterEqual(nees, 0.1)
 
     def test_the_belief_is_within_its_bounds_in_every_phase(self):
         for plant in ('box', 'ground', 'real'):
